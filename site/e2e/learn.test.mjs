@@ -33,12 +33,13 @@ test("a prediction comes back once its goal is reached, then the explanation ope
   await page.getByText("Now try it below.").waitFor();
   assert.equal(await page.locator(".explanation[open]").count(), 0);
   const turn = (joint, rate) => page.getByLabel(`Rate of joint angle ${joint}`).fill(String(rate));
+  await turn("θ1", 0.5);
   await turn("θ2", -0.5);
   await page.getByText("You said “Not at all”.").waitFor();
   assert.ok(await page.getByLabel("Not at all").isDisabled());
   await page.reload();
   await page.getByText("You said “Not at all”.").waitFor();
-  await turn("θ1", 0);
+  await turn("θ2", 0.5);
   await page.locator(".goals li.reached").nth(1).waitFor();
   for (const [joint, angle] of [
     ["θ1", 0],
@@ -144,16 +145,35 @@ test("a wrong answer after a right one to the same question ends no streak", asy
   await context.close();
 });
 
-test("the map is hidden until singular angles are answered, and no example is in the syntax of a notebook", async () => {
-  const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=singular-angles", WIDE);
-  await page.getByText("it appears once you have answered").waitFor();
-  assert.equal(await page.locator(".arm-map-frame").count(), 0);
-  assert.ok(!(await page.locator(".prompt").textContent()).includes("Eq("));
-  await page.getByLabel("Your answer").fill("theta2 = 0, theta2 = pi");
-  await page.getByRole("button", { name: "Check" }).click();
-  await page.locator(".arm-map-frame").waitFor();
-  await context.close();
-});
+for (const [name, options] of Object.entries({ "on a wide page": WIDE, "on a phone": PHONE }))
+  test(`det J and its map are hidden until singular angles are right: ${name}`, async () => {
+    const { page, context } = await openedAnew(there, "practice.html?arm=planar-2r&question=singular-angles", options);
+    const open = async (tab) => {
+      const button = page.getByRole("button", { name: tab, exact: true });
+      if ((await button.count()) > 0 && (await button.getAttribute("aria-expanded")) === "false") await button.click();
+    };
+    const shown = page.locator(".arm-map-frame, .arm-factors, .arm-readout");
+    const check = async (answer) => {
+      await page.getByLabel("Your answer").fill(answer);
+      await page.getByRole("button", { name: "Check" }).click();
+    };
+    for (const answer of [null, "theta2 = pi"]) {
+      if (answer) await check(answer);
+      if (answer) await page.locator(".verdict.partial, .verdict.wrong").waitFor();
+      await open("J");
+      assert.equal(await shown.count(), 0);
+      await open("Map");
+      await page.getByText("They appear once your answer is right.").waitFor();
+      assert.equal(await shown.count(), 0);
+      assert.doesNotMatch(await page.locator(".arm").innerText(), /det J =|Singular/);
+    }
+    assert.ok(!(await page.locator(".prompt").textContent()).includes("Eq(")); // the syntax of a notebook
+    await check("theta2 = 0, theta2 = pi");
+    await page.locator(".arm-map-frame").waitFor();
+    await open("J");
+    await page.locator(".arm-factors").waitFor();
+    await context.close();
+  });
 
 test("a link to an unknown lesson is reported", async () => {
   const { page } = await opened(there, "learn.html?lesson=foo");

@@ -109,7 +109,7 @@ async function begun(page, hand, { root, code, lesson }, isKnown) {
   await until(page, () => Boolean(document.querySelector(".dial input")));
   assert.equal(await page.run(() => document.querySelector(".dials").closest("[lang]").lang), code);
   assert.equal(await page.run(() => document.querySelector(".goals .reached") !== null), isKnown);
-  await hand.slide(".dial input");
+  await hand.slide(".dial + .dial input");
   await until(page, () => Boolean(document.querySelector(".goals li.reached")));
   await hand.press(WORDS[code].practise);
   if (isKnown) return;

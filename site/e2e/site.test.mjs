@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { emptyTab, inChromium, opened, openedAnew } from "./opened.mjs";
+import { drawn, emptyTab, inChromium, opened, openedAnew } from "./opened.mjs";
 import { bankOf } from "./site.mjs";
 
 const there = inChromium();
@@ -354,7 +354,22 @@ test("two tabs keep the progress of each other", async () => {
   await context.close();
 });
 
-test("beside a question with the number of an equation, the chapter is named", async () => {
-  const { page } = await ask("jacobian");
-  await page.getByText("equations in Chapter 6").waitFor();
+test("the chapter is named once a question, a hint or a solution with the number of an equation is shown", async () => {
+  const numbers = () => page.locator("main").evaluate((main) => /\(6\.\d+\)(?! refer)/.test(main.innerText));
+  const notes = () => page.getByText("equations in Chapter 6").count();
+  let page;
+  let found = 0;
+  for (const question of ["jacobian", "determinant", "rank", "singular-angles", "inverse-velocity", "position"]) {
+    ({ page } = await ask(question));
+    const more = page.getByRole("button", { name: /^Show (hint|the solution)/ });
+    for (;;) {
+      const isNumbered = await numbers();
+      assert.equal((await notes()) > 0, isNumbered, question);
+      found += isNumbered;
+      if ((await more.count()) === 0) break;
+      await more.first().click();
+      await drawn(page);
+    }
+  }
+  assert.ok(found > 0);
 });

@@ -2,7 +2,7 @@
 // lesson can be reached, and is not reached as the arm stands first.
 import { expect, test } from "vitest";
 
-import type { Robot } from "../src/bank.js";
+import type { Robot, ValuesKey } from "../src/bank.js";
 import { kindOfSingularity } from "../src/arm/descriptions.js";
 import { armOf, measuresOf, reachOf, stateAt } from "../src/arm/model.js";
 import type { Stage } from "../src/arm/stage.js";
@@ -20,9 +20,13 @@ import {
   type Skill,
 } from "../src/practice/skills.js";
 import { loadState, storeState } from "../src/practice/stored-state.js";
-import { computeRates, computeVelocity } from "../src/learn/tools.js";
+import { computeRates, computeVelocity, FIRST_DIALS } from "../src/learn/tools.js";
 import { type Item, VARIATION_STEPS } from "../src/practice/choice.js";
+import { parse } from "../src/read/reader.js";
+import { evaluateRealTree } from "../src/read/real.js";
+import { resultOrNull } from "../src/storage.js";
 import en from "../src/text/en.json" with { type: "json" };
+import forms from "./forms.json" with { type: "json" };
 
 const item = (key: string, question = "jacobian"): Item => ({ family: "planar-2r", key, question });
 const right = (skill: Skill, key: string, now = 0, isHelped = false, armCount = 9, isRepeated = false) =>
@@ -294,8 +298,8 @@ function innerAngle(theta2: number): number {
 for (const lesson of LESSONS)
   test(`every goal of the lesson ${lesson.id} can be reached, and is not reached by the first pose`, () => {
     const arm = lesson.arm === "plain" ? PLAIN : ELBOW;
-    const pose = lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
-    const rates = computeRates(lesson.tool, { rates: [0.5, 0.5], direction: 0 }, stateAt(arm, pose));
+    const pose = lesson.start ? degrees(...lesson.start) : lesson.arm === "plain" ? FIRST : degrees(40, 30, 60);
+    const rates = computeRates(lesson.tool, FIRST_DIALS, stateAt(arm, pose));
     const first = seen(arm, pose, { rates: [...rates], weld: { ...weld, revoluteLimit: 0.6 } });
     const { prediction, intro, idea, example } = lesson;
     for (const text of [intro, ...idea, example, prediction.question, ...prediction.options, prediction.outcome])
@@ -309,6 +313,41 @@ for (const lesson of LESSONS)
     });
     expect(WAYS[lesson.id]).toHaveLength(lesson.goals.length);
   });
+
+test("the arm of the lesson on singularities is first far from all poses that its prediction is about", () => {
+  const { start, prediction } = LESSONS.find(({ id }) => id === "singular")!;
+  const offered = prediction.options.map((key) => Number(/^\d+/.exec(en[key])![0]));
+  for (const angle of [...offered, 180]) expect(Math.abs(start![1]! - angle)).toBeGreaterThan(30);
+});
+
+/** The formulas in a text: each side of an equation, and each component of a vector, with and without a bracket. */
+const formulasIn = (text: string): string[] =>
+  [...text.matchAll(/\$(.*?)\$/g)]
+    .flatMap(([, latex]) => latex!.replaceAll(/\{(\d) (\d)\}/g, "{$1$2}").split(/=|, /))
+    .flatMap((side) => [side, side.replace(/^ *\(/, ""), side.replace(/\) *$/, "")]);
+
+const [PLANAR] = forms.problems;
+for (const lesson of LESSONS)
+  for (const question of lesson.questions)
+    test(`the texts of the lesson ${lesson.id} don't contain the answer to ${question}`, () => {
+      const texts = Object.entries(en).flatMap(([key, text]) => (key.startsWith(`lesson.${lesson.id}.`) ? [text] : []));
+      for (const { kind, key } of PLANAR!.parts) {
+        if (kind !== question || key.type !== "values") continue;
+        const { symbols, points, right, moving } = key as unknown as ValuesKey;
+        for (const formula of texts.flatMap(formulasIn)) {
+          const tree = resultOrNull(() => parse(formula, new Set(symbols)));
+          if (!tree || tree.kind === "name") continue; // a symbol alone gives nothing away
+          const values = points.map((point) =>
+            resultOrNull(() => evaluateRealTree(tree, Object.fromEntries(symbols.map((name, i) => [name, point[i]!])))),
+          );
+          for (const entry of moving ?? [])
+            expect(
+              values.every((value, i) => Math.abs(value! - right[entry]![i]!) < 1e-9),
+              formula,
+            ).toBe(false);
+        }
+      }
+    });
 
 test("det J is shown from the first lesson on that mentions it", () => {
   const mentionsIt = ({ id }: Lesson): boolean =>

@@ -11,7 +11,7 @@ import { jointClass, plainLetters, Words } from "./letters.js";
 import { drawnLostDirection } from "./lost-direction.js";
 import { axisLength, drawnColumns, Marks } from "./marks.js";
 import { measuresOf, type State, stateAt } from "./model.js";
-import { edgesOf, withFraming, framingOf, isSamePose, isInView, findReadableOrbit } from "./framing.js";
+import { edgesOf, withFraming, framingOf, isSamePose, isInView, findReadableOrbit, reduceToShow } from "./framing.js";
 import { dragLink, movePoint } from "./moves.js";
 import { extentOf, limitToRange } from "./ranges.js";
 import { linkOf, pointAtShare } from "./shape.js";
@@ -38,6 +38,8 @@ interface DrawingProps extends Stage {
   /** The ends A and B of a path; B can be dragged. */
   readonly target?: { readonly start: Vec3; readonly end: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
+  /** The points of the overlay at a state, which must be visible. */
+  readonly overlayPointsAt?: ((state: State) => readonly Vec3[]) | undefined;
 }
 
 /** What the pointer drags: a link (from 0) at a share of its corners (see shape.ts), P, the path's end, or the view. */
@@ -61,7 +63,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
   const extent = useMemo(() => extentOf(arm), [arm]);
   const isFlat = useMemo(() => planeNormalOf(arm) !== null, [arm]);
   const fullView = useMemo(() => viewOf(arm, extent, width, height, orbit), [arm, extent, width, height, orbit]);
-  const view = useNearView(props, fullView, firstOrbit, isFlat);
+  const view = useNearView(props, fullView, orbit.zoom > 1, firstOrbit, isFlat);
   const columns = useMemo(
     () => (layers.ellipse ? drawnColumns(arm, state, reach) : null),
     [arm, state, reach, layers.ellipse],
@@ -277,20 +279,29 @@ type StateUpdater = (next: Orbit | ((now: Orbit) => Orbit)) => void;
 
 const NO_POINTS: readonly Vec3[] = [];
 
-/** Return the view of the whole reach, or an enlarged view of the first pose as long as the arm stays in sight. */
-function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, isFlat: boolean): View {
+/**
+ * Return an enlarged view of the first pose as long as everything drawn stays in sight; else the view of the whole reach,
+ * reduced if arrows are longer. If the reader has magnified the view (`isMagnified`), parts of it may be out of sight.
+ */
+function useNearView(
+  props: DrawingProps,
+  fullView: View,
+  isMagnified: boolean,
+  firstOrbit: Orbit,
+  isFlat: boolean,
+): View {
   const { arm, state, home, reach, layers, isConcealed, isEnlarged, target, extraPoints = NO_POINTS } = props;
   const pathEnds = target ? [target.end] : []; // the view must not follow B while B is dragged
   const [hasLeftView, setLeft] = useState(false);
   const { width, height } = fullView;
-  /** Return the heads of columns and axes, and the extreme points of the ellipse, as far as they are shown. */
+  /** Return the heads of columns and axes, the extreme points of the ellipse, and the overlay, as far as they are shown. */
   const markedPoints = (at: State, view: View): Vec3[] => {
     const axis = axisLength(view, isFlat) / view.scale;
     const axes =
       isFlat && layers.frames ? at.frames.flatMap(({ o, x, y }) => [addScaled(o, x, axis), addScaled(o, y, axis)]) : [];
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, at, reach) : [];
     const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, view) : [])];
-    return [...axes, ...shownArrows.map((arrow) => add(at.point, arrow))];
+    return [...axes, ...shownArrows.map((arrow) => add(at.point, arrow)), ...(props.overlayPointsAt?.(at) ?? [])];
   };
   const framing = useMemo(() => {
     if (!isEnlarged) return null;
@@ -313,11 +324,13 @@ function useNearView(props: DrawingProps, fullView: View, firstOrbit: Orbit, isF
     isConcealed,
   ]);
   const enlargedView = useMemo(() => (framing ? withFraming(fullView, framing) : fullView), [framing, fullView]);
-  const isVisible = isInView(arm, state, enlargedView, [...markedPoints(state, enlargedView), ...pathEnds]);
+  const isVisible =
+    isMagnified || isInView(arm, state, enlargedView, [...markedPoints(state, enlargedView), ...pathEnds]);
   const isBackInView = isSamePose(state.pose, home) && isVisible;
   const isOutOfView = !isBackInView && (hasLeftView || !isVisible);
   useEffect(() => setLeft(isOutOfView), [arm, isOutOfView]);
-  return isOutOfView ? fullView : enlargedView;
+  if (!isOutOfView) return enlargedView;
+  return isMagnified ? fullView : reduceToShow(fullView, markedPoints(state, fullView));
 }
 
 /** Return the boxes (pixels) of texts and buttons, which labels avoid; measured again only if `changes` differ. */

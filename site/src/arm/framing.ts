@@ -4,7 +4,7 @@ import { type Arm, reachOf, type State } from "./model.js";
 import { thicknessOf } from "./ranges.js";
 import { bodyOf, jointCentresOf, wayToPoint } from "./shape.js";
 import { addScaled, dot, norm, scaleVector, subtract, type Vec3 } from "./vector.js";
-import { axesOfOrbit, FIRST_ORBIT, type Orbit, toPixel, type View } from "./view.js";
+import { axesOfOrbit, FIRST_ORBIT, type Orbit, toPixel, vectorInPixels, type View } from "./view.js";
 
 /** The point in the middle of the drawing (m), and how many times larger it is than the view of the whole reach. */
 type Framing = { readonly centre: Vec3; readonly zoom: number };
@@ -22,6 +22,16 @@ const [HINT_HEIGHT, LINE_HEIGHT] = [28, 18];
 const GROUND_HEIGHT = 38;
 /** Minimum distance of the arm from the edge (pixels). */
 const EDGE_DISTANCE = 16;
+
+/** Return a view that is reduced, to MIN_ZOOM at most, until points are visible in it. */
+export function reduceToShow(view: View, points: readonly Vec3[]): View {
+  const margin = EDGE_DISTANCE + 1;
+  const zooms = points.map((point) => {
+    const [x, y] = vectorInPixels(view, subtract(point, view.centre)).map(Math.abs) as [number, number];
+    return Math.min((view.width / 2 - margin) / x, (view.height / 2 - margin) / y);
+  });
+  return { ...view, scale: view.scale * Math.max(MIN_ZOOM, Math.min(1, ...zooms)) };
+}
 
 /** Return the points of an arm at a state: base, frames, corners of links, and the way to P. */
 function pointsOfArm(arm: Arm, state: State): Vec3[] {

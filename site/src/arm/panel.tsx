@@ -24,6 +24,7 @@ import { onPull } from "./pull.js";
 import { drawingScale, useSize } from "./size.js";
 import { roundToDigits, InRadians } from "./number-format.js";
 import { type Pane, type Stage, type StageRequest, useStage } from "./stage.js";
+import type { Vec3 } from "./vector.js";
 import type { View } from "./view.js";
 import { Route, Welding } from "./weld.js";
 import { describeArm, classifyNearness, describePose, sizeKey } from "./descriptions.js";
@@ -40,9 +41,16 @@ export interface ArmProps extends StageRequest {
   readonly rates?: ((state: State) => readonly number[]) | undefined;
   /** Called with the stage after each change. */
   readonly onStage?: ((stage: Stage) => void) | undefined;
-  /** Draw something over the arm. */
-  readonly overlay?: ((stage: Stage, view: View) => ComponentChildren) | undefined;
+  readonly overlay?: Overlay | undefined;
 }
+
+/** What a page draws over the arm, and its points at a state of the arm, which must be visible. */
+export interface Overlay {
+  readonly draw: (stage: Stage, view: View) => ComponentChildren;
+  readonly pointsAt: (stage: OverlayStage) => readonly Vec3[];
+}
+
+export type OverlayStage = Pick<Stage, "arm" | "robot" | "reach" | "state">;
 
 /** What a lesson has not introduced yet: J with everything that comes from it, or only its determinant. */
 export type Unknown = "jacobian" | "determinant";
@@ -65,7 +73,7 @@ const TITLES: Readonly<Record<Pane, TextKey>> = {
 };
 
 function Panel(props: ArmProps): JSX.Element {
-  const { inRadians = false, symbols } = props;
+  const { inRadians = false, symbols, isDeterminantHidden = false } = props;
   const box = useRef<HTMLElement>(null);
   const [width] = useSize(box, [720, 600]);
   const emptyScene = useRef<HTMLDivElement>(null); // an empty element, measured before the drawing is in it
@@ -77,6 +85,7 @@ function Panel(props: ArmProps): JSX.Element {
   }, []);
   const isWide = width >= MIN_WIDE_PANEL;
   const { unknown } = props;
+  const isOfPoseOnly = unknown !== undefined || isDeterminantHidden; // the numbers, without det J
   const needsPane = unknown === "determinant" && props.pane === "jacobian"; // J is small, and what the text is about
   const [firstPane] = useState(() => (isNarrowPage() && !needsPane ? null : (props.pane ?? "map")));
   const stage = useStage(unknown === "jacobian" ? { ...props, isConcealed: true } : props, firstPane);
@@ -95,9 +104,9 @@ function Panel(props: ArmProps): JSX.Element {
   const [isFolded, setFolded] = useState(false);
   const startPull = onPull((way) => setFolded(way === "up"));
   const description = useMemo(() => {
-    const describe = isConcealed || unknown ? describePose : describeArm;
+    const describe = isConcealed || isOfPoseOnly ? describePose : describeArm;
     return describe(arm, settledState, inRadians);
-  }, [arm, settledState, inRadians, isConcealed, unknown]);
+  }, [arm, settledState, inRadians, isConcealed, isOfPoseOnly]);
   const ids = useId();
   const allPanes: Pane[] = isWide ? ["map", "weld"] : ["joints", "jacobian", "map", "weld", "layers"];
   const panes = allPanes.filter((pane) => !unknown || !PANES_OF_UNKNOWN[unknown].has(pane));
@@ -106,7 +115,7 @@ function Panel(props: ArmProps): JSX.Element {
   const sliders = (
     <>
       <Joints {...stage} />
-      <Figures {...stage} isExplainedBeside={isWide && openPane === "map"} isOfPoseOnly={unknown !== undefined} />
+      <Figures {...stage} isExplainedBeside={isWide && openPane === "map"} isOfPoseOnly={isOfPoseOnly} />
       {isWide ? null : lengths}
     </>
   );
@@ -136,7 +145,8 @@ function Panel(props: ArmProps): JSX.Element {
               {...stage}
               knownSize={sceneSize}
               isEnlarged
-              readout={isWide || isConcealed || unknown ? null : <Readout {...stage} />}
+              isConcealed={isConcealed || (isDeterminantHidden && !stage.isRequested)} // feedback shows the lost direction
+              readout={isWide || isConcealed || isOfPoseOnly ? null : <Readout {...stage} />}
               label={say("arm.drawing.label", { robot: robot.title })}
               describedBy={`${ids}words`}
               target={
@@ -151,9 +161,10 @@ function Panel(props: ArmProps): JSX.Element {
               overlay={(view) => (
                 <>
                   {welding ? <Route journey={welding.journey} view={view} place={welding.place} /> : null}
-                  {overlay?.(stage, view)}
+                  {overlay?.draw(stage, view)}
                 </>
               )}
+              overlayPointsAt={overlay && ((state) => overlay.pointsAt({ ...stage, state }))}
             />
           </div>
           <div class="arm-strip">
@@ -191,8 +202,8 @@ function Panel(props: ArmProps): JSX.Element {
               </div>
               <div id={`${ids}pane`} class="arm-pane" hidden={openPane === null}>
                 {openPane === "joints" ? sliders : null}
-                {openPane === "jacobian" ? <Numbers stage={stage} isOfPoseOnly={unknown !== undefined} /> : null}
-                {openPane === "map" ? <Map stage={stage} isHidden={props.isMapHidden ?? false} /> : null}
+                {openPane === "jacobian" ? <Numbers stage={stage} isOfPoseOnly={isOfPoseOnly} /> : null}
+                {openPane === "map" ? <Map stage={stage} isHidden={isDeterminantHidden} /> : null}
                 {openPane === "weld" ? <Path stage={stage} /> : null}
                 {openPane === "layers" ? <LayerControls {...layerProps} /> : null}
               </div>

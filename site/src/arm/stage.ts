@@ -28,8 +28,8 @@ export interface StageRequest {
   readonly factors?: readonly Factor[] | undefined;
   /** Whether J in numbers, and layers that show J, would reveal the answer to the question. */
   readonly isConcealed?: boolean | undefined;
-  /** Whether the map of det J would reveal the answer to the question. */
-  readonly isMapHidden?: boolean | undefined;
+  /** Whether det J and its map would reveal the answer to the question. */
+  readonly isDeterminantHidden?: boolean | undefined;
   /** The layers at first, if they differ from the default. */
   readonly layers?: Partial<Layers> | undefined;
 }

@@ -6,10 +6,10 @@ import { useEffect, useId, useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import type { Arm as ArmModel, State } from "../arm/model.js";
+import type { Overlay } from "../arm/panel.js";
 import type { Stage } from "../arm/stage.js";
 import { ZERO } from "../arm/vector.js";
-import type { View } from "../arm/view.js";
-import type { Index } from "../bank.js";
+import { type Index, nameJoint, type NamedPose } from "../bank.js";
 import type { ArmRecord } from "../pages/live.js";
 import { isInIndex, updateProgress, type Item, nameItem } from "../practice/choice.js";
 import { useArm } from "../practice/arm-part.js";
@@ -24,9 +24,9 @@ import { type Message, textOf, say } from "../text/text.js";
 import { chooseClassIndex, type ClassItems, countInClass, findStreak, listClasses } from "../practice/classes.js";
 import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
-import { chooseItem, countArms, isDue, listGuidedItems, NEEDED_ARMS, type Skill } from "../practice/skills.js";
+import { chooseItem, countNeededArms, isDue, listGuidedItems, type Skill } from "../practice/skills.js";
 import { Sketch } from "./sketch.js";
-import { DialBoard, FIRST_DIALS, computeRates, computeVelocity, ToolArrows } from "./tools.js";
+import { computeRates, computeVelocity, DialBoard, FIRST_DIALS, pointsOfTool, ToolArrows } from "./tools.js";
 import { WorkspaceChart } from "./workspace.js";
 
 interface LessonProps {
@@ -50,13 +50,14 @@ export function LessonView(props: LessonProps): JSX.Element {
   const classes = useMemo(() => listClasses(index, lesson), [index, lesson]);
   const items = useMemo(() => classes.flatMap(({ items }) => items), [classes]);
   const steps = useMemo(() => listGuidedItems(classes[0]?.items ?? [], lesson.questions), [classes, lesson]);
-  const askedNames = useRef(steps.map(nameItem)); // an answer to a guided step would not count
+  const askedNames = useRef<string[]>([]);
   /** Choose the next question that counts, and the class of arms to which it belongs. */
   const chooseCounted = (): LessonVisit => {
     if (items.length === 0) return { kind: "idea" };
     const classIndex = chooseClassIndex(skill, classes, Date.now());
     const streak = findStreak(skill, classes, classIndex);
-    const item = chooseItem(classes[classIndex]!.items, streak, askedNames.current, Math.random);
+    const names = [...steps.map(nameItem), ...askedNames.current]; // an answer to a guided step would not count
+    const item = chooseItem(classes[classIndex]!.items, streak, names, Math.random);
     if (!item) return { kind: "idea" };
     askedNames.current.push(nameItem(item));
     return { kind: "counted", classIndex, item, isAnswered: false };
@@ -145,12 +146,13 @@ function Head({ lesson, skill, classes }: Pick<LessonProps, "lesson" | "skill"> 
 
 /** The idea of the lesson, with the arm on which its goals are reached. */
 function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractise: () => void }): JSX.Element {
-  const { lesson, record, skill, classes, items, onSkill, onPractise } = props;
+  const { lesson, record, index, skill, classes, items, onSkill, onPractise } = props;
   const [stage, setStage] = useState<Stage | null>(null);
   const Arm = useArm(useSteps(1) > 0);
   const problems = useMemo(() => items.map(({ family, key }) => `${family}/${key}`), [items]);
   const [dials, setDials] = useState(FIRST_DIALS);
   const { tool, goals } = lesson;
+  const firstPose = useMemo(() => firstPoseOf(lesson, record), [lesson, record]);
   const ratesAt = useMemo(() => tool && ((state: State) => computeRates(tool, dials, state)), [tool, dials]);
   const rates = (stage && ratesAt?.(stage.state)) ?? [];
   const velocity = stage ? computeVelocity(stage.arm, stage.state, rates) : ZERO;
@@ -172,7 +174,13 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
     if (hasMoved.current && newGoals.length > 0) onSkill({ ...skill, goals: [...skill.goals, ...newGoals] });
   });
   const overlay = useMemo(
-    () => tool && ((now: Stage, view: View) => <ToolArrows tool={tool} dials={dials} stage={now} view={view} />),
+    (): Overlay | undefined =>
+      tool
+        ? {
+            draw: (now, view) => <ToolArrows tool={tool} dials={dials} stage={now} view={view} />,
+            pointsAt: (now) => pointsOfTool(tool, dials, now),
+          }
+        : undefined,
     [tool, dials],
   );
   const isDone = goals.every((_, i) => skill.goals.includes(i));
@@ -207,10 +215,11 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
         </ul>
         <Explanation lesson={lesson} arm={stage?.arm ?? null} isOpen={isDone} />
         <p class="actions">
-          {items.length > 0 ? (
+          {items.length > 0 || index.families.length === 0 ? (
             <Button
               className={isDone ? "button" : "button quiet"}
               text={say(isDone ? "lesson.practise" : "lesson.practise-already")}
+              disabled={items.length === 0} // until the index is loaded
               onClick={onPractise}
             />
           ) : null}
@@ -224,19 +233,25 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
             key={lesson.id}
             robot={record.robot}
             symbols={record.symbols}
-            firstPose={record.pose}
-            factors={record.factors}
+            firstPose={firstPose}
+            factors={lesson.arm === "plain" ? undefined : record.factors} // its only one would give away what is asked
             layers={lesson.layers}
             unknown={lesson.unknown ?? undefined}
             pane={lesson.pane}
             onStage={setStage}
-            overlay={overlay ?? undefined}
+            overlay={overlay}
             rates={tool === "force" ? undefined : (ratesAt ?? undefined)}
           />
         ) : null}
       </section>
     </div>
   );
+}
+
+/** Return the pose in which a lesson shows its arm first. */
+function firstPoseOf({ start }: Lesson, { robot, pose }: ArmRecord): NamedPose {
+  if (!start) return pose;
+  return Object.fromEntries(robot.joints.map((joint, i) => [nameJoint(joint, i), (start[i]! * Math.PI) / 180]));
 }
 
 type PredictionProps = Pick<LessonProps, "lesson" | "skill"> & { readonly onPredict: (option: number) => void };
@@ -336,7 +351,7 @@ function Standing({ lesson, skill, classes, classIndex }: StandingProps): JSX.El
           ? say("lesson.mastered")
           : streak.learned !== undefined
             ? say(isDue(streak, Date.now()) ? "lesson.due" : "lesson.learned")
-            : say("lesson.row", { count: streak.row.length, needed: Math.min(NEEDED_ARMS, countArms(items)) })}
+            : say("lesson.row", { count: streak.row.length, needed: countNeededArms(items) })}
       </p>
       {skill.learned !== undefined ? (
         <p class="actions">

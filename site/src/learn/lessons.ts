@@ -44,6 +44,8 @@ export interface Lesson extends Topic {
   readonly example: TextKey;
   /** The joint angles (degrees) of the figure in its explanation. */
   readonly sketch: readonly number[];
+  /** The joint angles (degrees) at first, if those of the page's arm would give the prediction away; else null. */
+  readonly start: readonly number[] | null;
   /** The name of its arm in the page's data. */
   readonly arm: "plain" | "elbow";
   /** The sliders or the chart beside the arm; null if there are none. */
@@ -59,7 +61,7 @@ export interface Lesson extends Topic {
 
 /** A lesson as it is written below: its id names its texts; by default the arm is plain and there is no tool. */
 type LessonData = Pick<Lesson, "needs" | "position" | "layers" | "pane" | "sketch"> &
-  Partial<Pick<Lesson, "arm" | "tool" | "unknown">> & {
+  Partial<Pick<Lesson, "arm" | "tool" | "unknown" | "start">> & {
     readonly id: TopicId;
     readonly prediction: Pick<Prediction, "right" | "goal">;
     readonly goals: readonly Goal["isReached"][];
@@ -196,7 +198,8 @@ const LESSON_DATA: readonly LessonData[] = [
     position: { layer: 3, offset: -1 },
     tool: "area",
     layers: { ellipse: false },
-    pane: "map",
+    pane: "joints", // its map would give the prediction away,
+    start: [40, 140],
     prediction: { right: 2, goal: 2 },
     sketch: [35, 4],
     goals: [
@@ -278,6 +281,7 @@ export const LESSONS: readonly Lesson[] = LESSON_DATA.map(({ id, goals, predicti
   arm: "plain",
   tool: null,
   unknown: null,
+  start: null,
   ...lesson,
   prediction: {
     ...prediction,

@@ -12,7 +12,7 @@ import { add, addScaled, type Vec3 } from "../arm/vector.js";
 import { FIRST_ORBIT, toPixel, vectorInPixels, type View, viewOf } from "../arm/view.js";
 import { Rich } from "../practice/math.js";
 import { say } from "../text/text.js";
-import { FIRST_DIALS, type Tool, ToolArrows } from "./tools.js";
+import { pointsOfTool, SKETCHED_DIALS, type Tool, ToolArrows } from "./tools.js";
 
 const [WIDTH, HEIGHT] = [320, 220];
 /** Pixels around what is drawn, for joints, the ground and names. */
@@ -37,19 +37,24 @@ interface SketchProps {
 }
 
 export function Sketch({ arm, degrees, tool }: SketchProps): JSX.Element {
+  const hasRates = tool === "rates" || tool === "links";
+  const drawnTool = hasRates || tool === "area" ? tool : null;
   const { state, view, reach, columns } = useMemo(() => {
     const reach = reachOf(arm);
     const state = stateAt(
       arm,
       degrees.map((angle) => (angle * Math.PI) / 180),
     );
-    const columns = drawnColumns(arm, state, reach);
-    const points = [...state.frames.map(({ o }) => o), ...columns.map((vector) => add(state.point, vector))];
+    const columns = hasRates ? [] : drawnColumns(arm, state, reach);
+    const points = [
+      ...state.frames.map(({ o }) => o),
+      ...columns.map((vector) => add(state.point, vector)),
+      ...(drawnTool ? pointsOfTool(drawnTool, SKETCHED_DIALS, { arm, state, reach }) : []),
+    ];
     const view = fitView(viewOf(arm, extentOf(arm), WIDTH, HEIGHT, FIRST_ORBIT), points);
     return { state, view, reach, columns };
-  }, [arm, degrees]);
+  }, [arm, degrees, drawnTool]);
   const [x, y] = toPixel(view, state.point);
-  const hasRates = tool === "rates" || tool === "links";
   const describe = (write: (index: number, angle: number) => string): string =>
     say(hasRates ? "lesson.sketch-rates" : "lesson.sketch", {
       angles: degrees.map((angle, i) => write(i + 1, angle)).join(", "),
@@ -62,26 +67,24 @@ export function Sketch({ arm, degrees, tool }: SketchProps): JSX.Element {
         aria-label={describe((index, angle) => `θ${index} = ${angle}°`)}
       >
         <Body arm={arm} state={state} view={view} reach={reach} />
-        {hasRates || tool === "area" ? (
-          <ToolArrows tool={tool} dials={FIRST_DIALS} stage={{ arm, state, reach }} view={view} />
+        {drawnTool ? (
+          <ToolArrows tool={drawnTool} dials={SKETCHED_DIALS} stage={{ arm, state, reach }} view={view} />
         ) : null}
-        {hasRates
-          ? null
-          : columns.map((vector, i) => {
-              const [tipX, tipY] = toPixel(view, add(state.point, vector));
-              const [dx, dy] = [tipX - x, tipY - y];
-              const [sumX, sumY] = vectorInPixels(view, columns.reduce(add));
-              const side = dy * sumX - dx * sumY > 0 ? -1 : 1; // names stand beside their heads, away from each other
-              const offset = (15 * side) / (Math.hypot(dx, dy) || 1);
-              return (
-                <g key={i} class={`arm-letter-layer ${jointClass(i)}`}>
-                  <Arrow view={view} start={state.point} vector={vector} className={`arm-column ${jointClass(i)}`} />
-                  <text x={tipX + offset * dy} y={tipY - offset * dx + 5}>
-                    <DrawnLetters name={`J${i + 1}`} />
-                  </text>
-                </g>
-              );
-            })}
+        {columns.map((vector, i) => {
+          const [tipX, tipY] = toPixel(view, add(state.point, vector));
+          const [dx, dy] = [tipX - x, tipY - y];
+          const [sumX, sumY] = vectorInPixels(view, columns.reduce(add));
+          const side = dy * sumX - dx * sumY > 0 ? -1 : 1; // names stand beside their heads, away from each other
+          const offset = (15 * side) / (Math.hypot(dx, dy) || 1);
+          return (
+            <g key={i} class={`arm-letter-layer ${jointClass(i)}`}>
+              <Arrow view={view} start={state.point} vector={vector} className={`arm-column ${jointClass(i)}`} />
+              <text x={tipX + offset * dy} y={tipY - offset * dx + 5}>
+                <DrawnLetters name={`J${i + 1}`} />
+              </text>
+            </g>
+          );
+        })}
         <circle class="arm-point-dot" cx={x} cy={y} r={4} />
       </svg>
       <p class="muted">

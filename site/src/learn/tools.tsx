@@ -23,7 +23,10 @@ export type Tool = "rates" | "links" | "wanted" | "force" | "area" | "workspace"
 /** The values of the sliders: joint rates (rad/s), and a direction on the page (degrees). */
 type Dials = { readonly rates: readonly number[]; readonly direction: number };
 
-export const FIRST_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
+/** The sliders at first, when nothing moves: an arrow would give away what the student is to predict. */
+export const FIRST_DIALS: Dials = { rates: [0, 0], direction: 0 };
+/** The sliders in the figure of an explanation. */
+export const SKETCHED_DIALS: Dials = { rates: [0.5, 0.5], direction: 0 };
 
 /** The wanted speed of P (m/s). */
 const WANTED_SPEED = 0.5;
@@ -74,82 +77,85 @@ const ARROW_SCALE = 2;
 /** What the arrows of a tool depend on. */
 type DrawnStage = Pick<Stage, "arm" | "state" | "reach">;
 
-type ContributionsProps = { readonly stage: DrawnStage; readonly view: View; readonly rates: readonly number[] };
+/** An arrow that a tool draws. */
+type ToolArrow = { readonly start: Vec3; readonly vector: Vec3; readonly className: string };
 
-/** The contribution of each joint to the velocity of P, head to tail, and their sum. */
-function Contributions({ stage, view, rates }: ContributionsProps): JSX.Element {
-  const { arm, state } = stage;
+/** Return the contribution of each joint to the velocity of P, head to tail, and their sum. */
+function listContributions({ arm, state }: DrawnStage, rates: readonly number[]): ToolArrow[] {
   const scale = ARROW_SCALE * speedScale(arm);
-  const contributions = arrowsOf(arm, state).columns.map((column, i) =>
-    scaleVector(column, scale * clamp(rates[i] ?? 0, -MAX_RATE, MAX_RATE)),
-  );
   let end = state.point;
-  return (
-    <g class="arm-shares">
-      {contributions.map((contribution, i) => {
-        const start = end;
-        end = add(end, contribution);
-        return (
-          <Arrow key={i} view={view} start={start} vector={contribution} className={`arm-share ${jointClass(i)}`} />
-        );
-      })}
-      <Arrow
-        view={view}
-        start={state.point}
-        vector={scaleVector(computeVelocity(arm, state, rates), scale)}
-        className="arm-sum"
-      />
-    </g>
-  );
+  const contributions = arrowsOf(arm, state).columns.map((column, i) => {
+    const start = end;
+    const vector = scaleVector(column, scale * clamp(rates[i] ?? 0, -MAX_RATE, MAX_RATE));
+    end = add(end, vector);
+    return { start, vector, className: `arm-share ${jointClass(i)}` };
+  });
+  const sum = scaleVector(computeVelocity(arm, state, rates), scale);
+  return [...contributions, { start: state.point, vector: sum, className: "arm-sum" }];
 }
 
-/** The velocity of each joint, and at P the velocity of the last joint plus what the rotation of the last link adds. */
-function LinkVelocities({ stage, view, rates }: ContributionsProps): JSX.Element {
-  const { arm, state } = stage;
+/** Return the velocity of each joint, and at P that of the last joint plus what the rotation of the last link adds. */
+function listLinkVelocities({ arm, state }: DrawnStage, rates: readonly number[]): ToolArrow[] {
   const scale = ARROW_SCALE * speedScale(arm);
   const origins = state.frames.map(({ o }) => o);
   let angularVelocity = ZERO;
   let velocity = ZERO;
-  return (
-    <g class="arm-shares">
-      {arm.joints.map(({ name }, i) => {
-        angularVelocity = addScaled(angularVelocity, state.frames[i]!.z, rates[i] ?? 0);
-        const carried = scaleVector(velocity, scale);
-        const added = scaleVector(cross(angularVelocity, subtract(origins[i + 1]!, origins[i]!)), scale);
-        velocity = addScaled(velocity, added, 1 / scale);
-        const end = origins[i + 1]!;
-        return (
-          <g key={name}>
-            <Arrow view={view} start={end} vector={carried} className={`arm-share ${jointClass(Math.max(i - 1, 0))}`} />
-            <Arrow view={view} start={add(end, carried)} vector={added} className={`arm-share ${jointClass(i)}`} />
-            <Arrow view={view} start={end} vector={add(carried, added)} className="arm-sum" />
-          </g>
-        );
-      })}
-    </g>
-  );
+  return arm.joints.flatMap((_, i) => {
+    angularVelocity = addScaled(angularVelocity, state.frames[i]!.z, rates[i] ?? 0);
+    const carried = scaleVector(velocity, scale);
+    const added = scaleVector(cross(angularVelocity, subtract(origins[i + 1]!, origins[i]!)), scale);
+    velocity = addScaled(velocity, added, 1 / scale);
+    const start = origins[i + 1]!;
+    return [
+      { start, vector: carried, className: `arm-share ${jointClass(Math.max(i - 1, 0))}` },
+      { start: add(start, carried), vector: added, className: `arm-share ${jointClass(i)}` },
+      { start, vector: add(carried, added), className: "arm-sum" },
+    ];
+  });
 }
 
 /** The length at which the force is drawn, as a share of the arm's reach. */
 const FORCE_LENGTH = 0.35;
 
-type OverlayProps = { readonly tool: Tool; readonly dials: Dials; readonly stage: DrawnStage; readonly view: View };
-
-/** The arrows that a tool draws over the arm. */
-export function ToolArrows({ tool, dials, stage, view }: OverlayProps): JSX.Element | null {
-  const { arm, state, reach } = stage;
-  if (tool === "workspace") return null;
-  if (tool === "area") {
-    const [first, second] = drawnColumns(arm, state, reach) as [Vec3, Vec3];
-    const corners = [ZERO, first, add(first, second), second].map((corner) => toPixel(view, add(state.point, corner)));
-    return <polygon class="arm-ellipse" points={pointsText(corners)} />;
-  }
+/** Return the arrows of a tool. */
+function listArrows(tool: Tool, dials: Dials, stage: DrawnStage): ToolArrow[] {
+  const { state, reach } = stage;
+  if (tool === "workspace" || tool === "area") return [];
   if (tool === "force") {
     const vector = scaleVector([...directionOf(dials), 0], FORCE_LENGTH * reach);
-    return <Arrow view={view} start={state.point} vector={vector} className="arm-sum" />;
+    return [{ start: state.point, vector, className: "arm-sum" }];
   }
-  const props = { stage, view, rates: computeRates(tool, dials, state) };
-  return tool === "links" ? <LinkVelocities {...props} /> : <Contributions {...props} />;
+  const rates = computeRates(tool, dials, state);
+  return tool === "links" ? listLinkVelocities(stage, rates) : listContributions(stage, rates);
+}
+
+/** Return the corners of the parallelogram that the first two columns of J span at P. */
+function cornersOfArea({ arm, state, reach }: DrawnStage): Vec3[] {
+  const [first, second] = drawnColumns(arm, state, reach) as [Vec3, Vec3];
+  return [ZERO, first, add(first, second), second].map((corner) => add(state.point, corner));
+}
+
+/** Return the points of what a tool draws: the corners of the parallelogram, or the heads of arrows. */
+export function pointsOfTool(tool: Tool, dials: Dials, stage: DrawnStage): readonly Vec3[] {
+  if (tool === "area") return cornersOfArea(stage);
+  return listArrows(tool, dials, stage).map(({ start, vector }) => add(start, vector));
+}
+
+type OverlayProps = { readonly tool: Tool; readonly dials: Dials; readonly stage: DrawnStage; readonly view: View };
+
+/** The arrows that a tool draws over the arm, or the parallelogram. */
+export function ToolArrows({ tool, dials, stage, view }: OverlayProps): JSX.Element {
+  if (tool === "area") {
+    const corners = cornersOfArea(stage).map((corner) => toPixel(view, corner));
+    return <polygon class="arm-ellipse" points={pointsText(corners)} />;
+  }
+  return (
+    <g>
+      {listArrows(tool, dials, stage).map((arrow, i) => (
+        <Arrow key={i} view={view} {...arrow} />
+      ))}
+    </g>
+  );
 }
 
 /** Format a number with two decimals. */

@@ -73,6 +73,7 @@ export function Question(props: QuestionProps): JSX.Element {
   const initialPose = useMemo(() => ({ ...problem.pose, ...part.pose }), [problem, part]);
   const figure = (isPosed && part.figure) || problem.figure; // until the movable arm is loaded
   const lang = problem.lang ?? "en";
+  const prompt = removeOptions(part);
   useEffect(() => {
     if (verdictNumber === 0) return;
     afterPaint(() => {
@@ -142,14 +143,14 @@ export function Question(props: QuestionProps): JSX.Element {
         {part.figure ? (
           <figure class={isPosed ? "printed" : ""} lang="en" dangerouslySetInnerHTML={{ __html: part.figure }} />
         ) : null}
-        {step > 0 ? <Html html={removeOptions(part)} class="prompt" lang={problem.lang} /> : null}
+        {step > 0 ? <Html html={prompt} class="prompt" lang={problem.lang} /> : null}
         {step > 1 ? (
           <>
             <p class="muted to-given">
               <a href="#given">
                 <Words text={say("practice.to-given")} />
               </a>
-              {refersToChapter(part) ? <>. {say("practice.chapter")}</> : null}
+              {refersToChapter(prompt) ? <>. {say("practice.chapter")}</> : null}
             </p>
             {answerForm}
             <details open class="given" id="given">
@@ -166,7 +167,7 @@ export function Question(props: QuestionProps): JSX.Element {
             symbols={problem.symbols}
             firstPose={initialPose}
             isConcealed={isPosed && isOpen && !PATH_QUESTIONS.has(part.kind)}
-            isMapHidden={isOpen && REVEALED_BY_MAP.has(part.kind)}
+            isDeterminantHidden={isOpen && REVEALED_BY_DETERMINANT.has(part.kind)}
             pose={pose}
             overlay={overlay}
             factors={factors}
@@ -184,11 +185,15 @@ export function Question(props: QuestionProps): JSX.Element {
 /** The layers while something is unknown. */
 const FEW_LAYERS = { ellipse: false };
 
-/** Return whether the prompt or a hint has the number of an equation, such as (6.3). */
-const refersToChapter = ({ prompt, hints }: AskedPart): boolean => /\(6\.\d+\)/.test(prompt + hints.join());
+/** Return whether a text has the number of an equation, such as (6.3). */
+const refersToChapter = (html: string): boolean => /\(6\.\d+\)/.test(html);
 
-/** Questions whose answers the map of det J would reveal: it is shown after they are answered. */
-const REVEALED_BY_MAP: ReadonlySet<string> = new Set([
+/** Where the numbers of equations in a text are from, unless a text above the note has such numbers, too. */
+const ChapterNote = ({ html, above = "" }: { readonly html: string; readonly above?: string }): JSX.Element | null =>
+  refersToChapter(html) && !refersToChapter(above) ? <p class="muted">{say("practice.chapter")}</p> : null;
+
+/** Questions whose answers det J and its map would reveal: they are shown after the answer is right. */
+const REVEALED_BY_DETERMINANT: ReadonlySet<string> = new Set([
   ...["singular-angles", "singular-configurations", "singular-angles-choice", "singularity-type"],
 ]);
 
@@ -199,14 +204,16 @@ const PATH_QUESTIONS: ReadonlySet<string> = new Set(["path-rates"]);
 export function Hints({ part, lang, onHint, children }: HintsProps): JSX.Element {
   const [hintCount, setHintCount] = useState(0);
   const isMore = hintCount < part.hints.length;
+  const shownHints = part.hints.slice(0, hintCount);
   return (
     <>
-      {part.hints.slice(0, hintCount).map((hint, i) => (
+      {shownHints.map((hint, i) => (
         <div class="hint" key={i}>
           <h3>{say("practice.hint", { number: i + 1 })}</h3>
           <Html html={hint} lang={lang} />
         </div>
       ))}
+      <ChapterNote html={shownHints.join()} above={removeOptions(part)} />
       <p class="actions">
         {isMore ? (
           <Button
@@ -232,11 +239,12 @@ interface HintsProps {
 }
 
 /** The worked solution of a part, and the answer as it is typed. */
-export function Solution({ solution, figure = "", typed, lang }: SolutionProps): JSX.Element {
+export function Solution({ solution, figure = "", typed, lang, above }: SolutionProps): JSX.Element {
   return (
     <div class="solution">
       <h3>{say("practice.solution-title")}</h3>
       <Html html={solution} lang={lang} />
+      <ChapterNote html={solution} above={above ?? ""} />
       {figure ? <figure lang="en" dangerouslySetInnerHTML={{ __html: figure }} /> : null}
       <details>
         <summary>{say("practice.typed")}</summary>
@@ -253,4 +261,6 @@ export interface SolutionProps {
   readonly figure?: string;
   readonly typed: string;
   readonly lang?: string | undefined;
+  /** The prompt and the hints that are on the page. */
+  readonly above?: string;
 }

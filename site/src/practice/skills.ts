@@ -5,8 +5,8 @@ import type { Index } from "../bank.js";
 import { ANY_WISH, DAY, type Item, listItems, nameItem, makeProblemFinder, findVariationStep } from "./choice.js";
 import { message, type Message } from "../text/text.js";
 
-/** The number of arms with right answers in a row that make a class learned. */
-export const NEEDED_ARMS = 3;
+/** The number of arms with right answers in a row that make a class learned, if the class has so many. */
+const NEEDED_ARMS = 3;
 
 /**
  * Progress in a class of arms, as it is stored: `row` has the arms ("FAMILY/KEY") answered rightly in a row; `learned`
@@ -62,12 +62,12 @@ export function describeOutcome(
   if (before.mastered !== undefined) return null;
   if (after.mastered !== undefined) return message("lesson.mastered");
   if (before.learned !== undefined && !isRight) return null;
-  if (isRight && isHelped) return message("lesson.counts-not-helped");
-  if (isRight && isRepeated) return message("lesson.counts-not-again");
+  const needed = Math.min(NEEDED_ARMS, armCount);
+  if (isRight && isHelped) return message("lesson.counts-not-helped", { needed });
+  if (isRight && isRepeated) return message("lesson.counts-not-again", { needed });
   if (before.learned !== undefined) return null;
   if (after.learned !== undefined) return message("lesson.learned");
   if (!isRight && !isRepeated && before.row.length > 0) return message("lesson.row-broken");
-  const needed = Math.min(NEEDED_ARMS, armCount);
   return isRight ? message("lesson.state-row", { count: after.row.length, needed }) : null;
 }
 
@@ -135,6 +135,9 @@ export function chooseItem(
 
 /** Return the number of different arms in items. */
 export const countArms = (items: readonly Item[]): number => new Set(items.map(nameArm)).size;
+
+/** Return the number of arms with right answers in a row that make a class with these items learned. */
+export const countNeededArms = (items: readonly Item[]): number => Math.min(NEEDED_ARMS, countArms(items));
 
 /** Return the valid entries of stored skills. */
 export function checkSkills(content: unknown): Skills {

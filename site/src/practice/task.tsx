@@ -5,8 +5,6 @@ import { useMemo, useRef, useState } from "preact/hooks";
 
 import { Button } from "../controls.js";
 import { createSingularityTest } from "../arm/is-singular.js";
-import type { Stage } from "../arm/stage.js";
-import type { View } from "../arm/view.js";
 import type { Factor, Part, Problem } from "../bank.js";
 import { isAtLeast, chooseLowerLevel, type Level, limitVerdict } from "../grade/levels.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
@@ -17,7 +15,7 @@ import { describeLoadError } from "../scheduling.js";
 import { type Item, nameItem } from "./choice.js";
 import { Feedback, findPose } from "./feedback.js";
 import { Hints, Question, type QuestionProps, Solution } from "./question.js";
-import { TypedColumns } from "./typed-columns.js";
+import { drawTypedColumns } from "./typed-columns.js";
 
 const loadGrading = () => import("../grade/judge.js");
 
@@ -61,13 +59,7 @@ export function Task(props: TaskProps): JSX.Element {
   const isOpen = !isClosed && verdict?.outcome !== "correct" && !isSolutionShown; // still to be answered
   const wouldReveal = REVEALED_BY_FACTORS.has(part.kind) && verdict?.outcome !== "correct" && !isSolutionShown;
   const drawnColumns = answer === lastJudged.current ? typedColumns : null; // of no answer that was changed since
-  const overlay = useMemo(
-    () =>
-      drawnColumns
-        ? (stage: Stage, view: View) => <TypedColumns stage={stage} view={view} columns={drawnColumns} />
-        : undefined,
-    [drawnColumns],
-  );
+  const overlay = useMemo(() => (drawnColumns ? drawTypedColumns(drawnColumns) : undefined), [drawnColumns]);
   const showsFactors = mayShowFactors && !wouldReveal && isAtLeast(level, "solutions");
   const isSingular = useMemo(() => createSingularityTest(problem), [problem]);
   /** Load the grading code before there is an answer, and run it once: the first run takes ten times as long. */
@@ -152,7 +144,7 @@ interface HelpProps {
 }
 
 function Help({ part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpProps) {
-  const [hasSeenHint, setSeenHint] = useState(false);
+  const [hintCount, setHintCount] = useState(0);
   const [isShown, setShown] = useState(false);
   return (
     <section class="help-steps">
@@ -161,10 +153,10 @@ function Help({ part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpPr
         lang={lang}
         onHint={() => {
           onHint();
-          setSeenHint(true);
+          setHintCount(hintCount + 1);
         }}
       >
-        {hasSolutions && part.solved && !isShown && (isSolved || hasSeenHint) ? (
+        {hasSolutions && part.solved && !isShown && (isSolved || hintCount > 0) ? (
           <Button
             text={say("practice.solution")}
             onClick={() => {
@@ -174,7 +166,9 @@ function Help({ part, lang, hasSolutions, isSolved, onHint, onSolution }: HelpPr
           />
         ) : null}
       </Hints>
-      {isShown && part.solved ? <Solution {...part.solved} lang={lang} /> : null}
+      {isShown && part.solved ? (
+        <Solution {...part.solved} lang={lang} above={part.prompt + part.hints.slice(0, hintCount).join()} />
+      ) : null}
     </section>
   );
 }

@@ -1,33 +1,27 @@
 // The columns of a typed Jacobian, dashed in the drawing beside the true ones.
 
-import type { JSX } from "preact";
-
 import { Arrow } from "../arm/line-drawing.js";
 import { speedScale } from "../arm/marks.js";
-import type { Stage } from "../arm/stage.js";
-import { scaleVector, type Vec3 } from "../arm/vector.js";
-import type { View } from "../arm/view.js";
+import type { Overlay, OverlayStage } from "../arm/panel.js";
+import { add, scaleVector, type Vec3 } from "../arm/vector.js";
 import type { ColumnsAt } from "../grade/typed-jacobian.js";
 import { jointClass } from "../arm/letters.js";
 import { namedPose } from "../arm/model.js";
 
-type TypedColumnsProps = { readonly stage: Stage; readonly view: View; readonly columns: ColumnsAt };
-
-export function TypedColumns({ stage: { arm, robot, state }, view, columns }: TypedColumnsProps): JSX.Element | null {
-  const vectors = columns({ ...robot.values, ...namedPose(arm, state.pose) });
-  if (!vectors) return null;
-  const scale = speedScale(arm);
-  return (
-    <g class="arm-own">
-      {vectors.map((column, i) => (
-        <Arrow
-          key={i}
-          view={view}
-          start={state.point}
-          vector={scaleVector(column as unknown as Vec3, scale)}
-          className={jointClass(i)}
-        />
-      ))}
-    </g>
-  );
+/** Return what draws the columns of a typed Jacobian at P. */
+export function drawTypedColumns(columns: ColumnsAt): Overlay {
+  const vectorsAt = ({ arm, robot, state }: OverlayStage): readonly Vec3[] => {
+    const vectors = columns({ ...robot.values, ...namedPose(arm, state.pose) });
+    return (vectors ?? []).map((column) => scaleVector(column as unknown as Vec3, speedScale(arm)));
+  };
+  return {
+    draw: (stage, view) => (
+      <g class="arm-own">
+        {vectorsAt(stage).map((vector, i) => (
+          <Arrow key={i} view={view} start={stage.state.point} vector={vector} className={jointClass(i)} />
+        ))}
+      </g>
+    ),
+    pointsAt: (stage) => vectorsAt(stage).map((vector) => add(stage.state.point, vector)),
+  };
 }

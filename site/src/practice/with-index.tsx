@@ -11,20 +11,16 @@ import { say } from "../text/text.js";
 interface WithLoadedProps<T> {
   readonly load: () => Promise<T>;
   readonly children: (loaded: T) => JSX.Element;
-  /** Shown while it is loaded, by default a line of text. */
-  readonly loading?: JSX.Element | undefined;
 }
 
-export function WithLoaded<T>({ load, children, loading }: WithLoadedProps<T>): JSX.Element {
+export function WithLoaded<T>({ load, children }: WithLoadedProps<T>): JSX.Element {
   const { loaded, error, retry } = useLoaded(load, []);
   if (error) return <Failed reason={error} onAgain={retry} />;
   if (loaded) return children(loaded);
   return (
-    loading ?? (
-      <p role="status" class="loading">
-        {say("practice.loading")}
-      </p>
-    )
+    <p role="status" class="loading">
+      {say("practice.loading")}
+    </p>
   );
 }
 

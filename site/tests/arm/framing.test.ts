@@ -10,12 +10,14 @@ import {
   isSamePose,
   isInView,
   findReadableOrbit,
+  reduceToShow,
 } from "../../src/arm/framing.js";
 import { drawnColumns } from "../../src/arm/marks.js";
 import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add } from "../../src/arm/vector.js";
 import { FIRST_ORBIT, planeNormalOf, ellipseOnPage, toPixel, viewOf } from "../../src/arm/view.js";
+import { pointsOfTool } from "../../src/learn/tools.js";
 import { ELBOW, PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX, puma: PUMA };
@@ -82,6 +84,20 @@ it("shows a planar arm 1.5 times as large as the view of its whole reach", () =>
   const whole = viewOf(arm, extentOf(arm), 760, 420, FIRST_ORBIT);
   const { zoom } = framingOf(arm, stateAt(arm, firstPose(arm)), [], whole, { isFlat: true });
   expect(zoom).toBeGreaterThan(1.5);
+});
+
+it.each(SIZES)("shows all that lessons draw over a planar arm, in all poses, in %i x %i pixels", (width, height) => {
+  const arm = armOf(PLAIN);
+  const reach = reachOf(arm);
+  const whole = viewOf(arm, extentOf(arm), width, height, FIRST_ORBIT);
+  const angles = [-180, -135, -90, -45, 0, 45, 90, 135].map((angle) => (angle * Math.PI) / 180);
+  for (const pose of angles.flatMap((first) => angles.map((second) => [first, second])))
+    for (const tool of ["area", "rates", "links", "force"] as const) {
+      const state = stateAt(arm, pose);
+      const heads = drawnColumns(arm, state, reach).map((arrow) => add(state.point, arrow));
+      const points = [...heads, ...pointsOfTool(tool, { rates: [1, 1], direction: 30 }, { arm, state, reach })];
+      expect(isInView(arm, state, reduceToShow(whole, points), points), `${tool} at ${pose}`).toBe(true);
+    }
 });
 
 it("ends when the arm reaches the edge", () => {

@@ -80,6 +80,19 @@ describe("the panel", () => {
     expect(document.querySelector(".arm-jacobian")).toBeNull();
   });
 
+  it("shows neither det J nor its map nor a lost direction if they would answer the question", () => {
+    const text = (): string => document.querySelector(".arm")!.textContent!;
+    const firstPose = { theta1: 0.5, theta2: 0 };
+    show({ firstPose, isDeterminantHidden: true });
+    expect(document.querySelector(".arm-map-frame, .arm-factors, .arm-readout, .arm-lost")).toBeNull();
+    expect(text()).toContain("They appear once your answer is right");
+    expect(text()).not.toMatch(/det\sJ =|Singular|determinant/);
+    show({ firstPose, isDeterminantHidden: true, pose: { theta2: 0 } }); // a counterexample
+    expect(document.querySelector(".arm-lost")).not.toBeNull();
+    show({ firstPose, isDeterminantHidden: false });
+    expect(document.querySelectorAll(".arm-map-frame, .arm-factors, .arm-lost")).toHaveLength(3);
+  });
+
   it("shows a short column of J beside the disc of P, and explains the dotted line", () => {
     show({ pose: { theta1: 0.5, theta2: Math.PI } });
     const shaft = document.querySelector(".arm-column.arm-j1 .arm-shaft")!.getAttribute("points")!;
