@@ -167,8 +167,8 @@ def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece
     """Return a piece for each factor of a product that vanishes, as in d3*sin(theta2) = 0."""
     node = _strip_powers(node)
     compile_program([node])
-    factors = _list_factors(node, frozenset(joints))
-    if len(factors) < 2 or not _vanishes_with_each_factor(node, factors, frozenset(joints)):
+    factors, divisors = _split_product(node, frozenset(joints))
+    if len(factors) < 2 or not _vanishes_with_each_factor(factors, divisors, frozenset(joints)):
         return [(Atom(case),) for case in _list_whole_number_cases(node)]
     return [
         (Atom(ZERO, str(factor.value)) if factor.kind == "name" and factor.value in joints else Atom(case),)
@@ -177,34 +177,51 @@ def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece
     ]
 
 
-def _list_factors(node: Node, joints: AbstractSet[str]) -> list[Node]:
-    """Return the factors of a product that contain joints, without powers; [] if no joint is in it."""
-    node = _strip_powers(node)
+_QUOTIENTS = {"tan": ("sin", "cos"), "cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
+"""Functions that are quotients: the function in the numerator, "" for 1, and the function in the denominator."""
+
+
+def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], list[Node]]:
+    """Return the factors of a product and its divisors, both without powers; each is different and contains joints."""
+    is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value != 0
+    if is_power or node.kind == "neg" or (node.kind == "call" and node.value == "abs"):
+        factors, divisors = _split_product(node.args[0], joints)
+        return (divisors, factors) if is_power and node.args[1].value < 0 else (factors, divisors)
     if node.kind in ("*", "/"):
-        return [factor for arg in node.args for factor in _list_factors(arg, joints)]
-    return [node] if find_names(node) & joints else []
+        (factors, divisors), other_sides = (_split_product(arg, joints) for arg in node.args)
+        other_factors, other_divisors = other_sides if node.kind == "*" else other_sides[::-1]
+        return list(dict.fromkeys(factors + other_factors)), list(dict.fromkeys(divisors + other_divisors))
+    if not find_names(node) & joints:
+        return [], []
+    if node.kind == "call" and node.value in _QUOTIENTS:
+        factors, divisors = ([Node("call", node.args, name)] if name else [] for name in _QUOTIENTS[node.value])
+        return factors, divisors
+    return [node], []
 
 
-def _vanishes_with_each_factor(product: Node, factors: Sequence[Node], joints: AbstractSet[str]) -> bool:
-    """Return whether a product surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
+def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:
+    """Return whether a quotient surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
 
-    A tangent may be a factor if no other factor vanishes only at its poles.
+    A divisor must be a joint variable, or the sine or cosine of a sum of these, and not vanish wherever a factor does.
     """
-    tangents = [factor for factor in factors if factor.kind == "call" and factor.value == "tan"]
-    if not _is_defined_everywhere(product, joints, exceptions=tangents):
-        return False
-    pairs = ((tangent, factor) for tangent in tangents for factor in factors if factor is not tangent)
-    return all(_varies_at_zeros(tangent, factor, joints) for tangent, factor in pairs)
+    are_defined = all(_is_defined_everywhere(factor, joints) for factor in factors)
+    pairs = product(divisors, factors)
+    return are_defined and all(_is_nonzero_at_zeros(divisor, factor, joints) for divisor, factor in pairs)
 
 
-def _varies_at_zeros(tangent: Node, factor: Node, joints: AbstractSet[str]) -> bool:
-    """Return whether the angle of a tangent surely varies while another factor remains zero."""
-    angles = _list_summed_names(tangent.args[0])
+def _is_nonzero_at_zeros(divisor: Node, factor: Node, joints: AbstractSet[str]) -> bool:
+    """Return whether a divisor surely differs from zero at almost all zeros of a factor."""
+    angles = _list_summed_names(divisor.args[0] if _is_wave(divisor) else divisor)
     if not angles or not set(angles) <= joints:
         return False
-    is_wave = factor.kind == "call" and factor.value in ("sin", "cos", "tan")
-    other_angles = _list_summed_names(factor.args[0]) if is_wave else []
+    if _is_wave(factor) and divisor.args == factor.args:  # a sine and a cosine of the same angle
+        return divisor != factor
+    other_angles = _list_summed_names(factor.args[0]) if _is_wave(factor) else []
     return not set(angles) <= find_names(factor) or bool(set(other_angles) - set(angles))
+
+
+def _is_wave(node: Node) -> bool:
+    return node.kind == "call" and node.value in ("sin", "cos")
 
 
 def _list_summed_names(node: Node) -> list[str]:
@@ -215,14 +232,9 @@ def _list_summed_names(node: Node) -> list[str]:
     return names if is_sum and len(set(names)) == len(names) else []
 
 
-def _is_defined_everywhere(node: Node, joints: AbstractSet[str], exceptions: Sequence[Node]) -> bool:
-    """Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2.
-
-    The values of the exceptions do not matter.
-    """
+def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
+    """Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2."""
     for part in iterate_nodes(node):
-        if any(part is exception for exception in exceptions):
-            continue
         is_number = part.kind == "^" and part.args[1].kind in ("number", "decimal")
         may_be_negative_power = part.kind == "^" and not (is_number and part.args[1].value > 0)
         may_divide_by_zero = part.kind == "/" and bool(find_names(part.args[1]) & joints)

@@ -199,43 +199,79 @@ function listSingleValues(values: Node): readonly Node[] {
 /** Return the claims that an expression is zero, one for each of its factors and for each whole number in it. */
 function buildVanishingClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const zero = simplifyZero(tree);
-  const listed = listFactors(zero, joints);
-  const factors = vanishesWithEachFactor(zero, listed, joints) ? listed : [];
-  return (factors.length > 1 ? factors : [zero]).flatMap((factor) =>
+  const { factors, divisors } = splitProduct(zero, joints);
+  const isSplit = factors.length > 1 && vanishesWithEachFactor(factors, divisors, joints);
+  return (isSplit ? factors : [zero]).flatMap((factor) =>
     substituteWholeNumbers(factor).map((expression) => [
-      factors.length > 1 && factor.kind === "name" && joints.has(factor.text)
+      isSplit && factor.kind === "name" && joints.has(factor.text)
         ? { joint: factor.text, expression: integer(0) }
         : { joint: null, expression },
     ]),
   );
 }
 
-/** Return the factors of a product that contain joints, without powers; none if no joint is in it. */
-function listFactors(tree: Node, joints: ReadonlySet<string>): Node[] {
-  const zero = simplifyZero(tree);
-  if (zero.kind === "*" || zero.kind === "/") return zero.args.flatMap((arg) => listFactors(arg, joints));
-  return hasNameOf(zero, joints) ? [zero] : [];
+/** Functions that are quotients: the function in the numerator, "" for 1, and the function in the denominator. */
+const QUOTIENTS: Readonly<Record<string, readonly [string, string]>> = {
+  tan: ["sin", "cos"],
+  cot: ["cos", "sin"],
+  sec: ["", "cos"],
+  csc: ["", "sin"],
+};
+
+type Product = { readonly factors: readonly Node[]; readonly divisors: readonly Node[] };
+
+/** Return the factors of a product and its divisors, both without powers; each is different and contains joints. */
+function splitProduct(tree: Node, joints: ReadonlySet<string>): Product {
+  const [first, second] = tree.args;
+  const exponent = tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) ? second.value : 0;
+  if (first && (exponent !== 0 || tree.kind === "neg" || (tree.kind === "call" && tree.text === "abs"))) {
+    const { factors, divisors } = splitProduct(first, joints);
+    return exponent < 0 ? { factors: divisors, divisors: factors } : { factors, divisors };
+  }
+  if (first && second && (tree.kind === "*" || tree.kind === "/")) {
+    const [left, right] = [splitProduct(first, joints), splitProduct(second, joints)];
+    const [rightFactors, rightDivisors] =
+      tree.kind === "*" ? [right.factors, right.divisors] : [right.divisors, right.factors];
+    return {
+      factors: omitRepeated([...left.factors, ...rightFactors]),
+      divisors: omitRepeated([...left.divisors, ...rightDivisors]),
+    };
+  }
+  if (!hasNameOf(tree, joints)) return { factors: [], divisors: [] };
+  const [numerator, denominator] = (tree.kind === "call" && QUOTIENTS[tree.text]) || [];
+  if (denominator === undefined) return { factors: [tree], divisors: [] };
+  return { factors: numerator ? [call(numerator, ...tree.args)] : [], divisors: [call(denominator, ...tree.args)] };
 }
+
+/** Return a text that is the same for equal trees only. */
+const identify = ({ kind, text, args }: Node): string => `${kind} ${text}(${args.map(identify).join()})`;
+
+const omitRepeated = (trees: readonly Node[]): Node[] => [
+  ...new Map(trees.map((tree) => [identify(tree), tree])).values(),
+];
 
 /**
- * Return whether a product surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
+ * Return whether a quotient surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
  *
- * A tangent may be a factor if no other factor vanishes only at its poles.
+ * A divisor must be a joint variable, or the sine or cosine of a sum of these, and not vanish wherever a factor does.
  */
-function vanishesWithEachFactor(product: Node, factors: readonly Node[], joints: ReadonlySet<string>): boolean {
-  const tangents = factors.filter((factor) => factor.kind === "call" && factor.text === "tan");
-  return (
-    isDefinedEverywhere(product, joints, new Set(tangents)) &&
-    tangents.every((tangent) => factors.every((factor) => factor === tangent || variesAtZeros(tangent, factor, joints)))
-  );
-}
+const vanishesWithEachFactor = (
+  factors: readonly Node[],
+  divisors: readonly Node[],
+  joints: ReadonlySet<string>,
+): boolean =>
+  factors.every((factor) => isDefinedEverywhere(factor, joints)) &&
+  divisors.every((divisor) => factors.every((factor) => isNonzeroAtZeros(divisor, factor, joints)));
 
-/** Return whether the angle of a tangent surely varies while another factor remains zero. */
-function variesAtZeros(tangent: Node, factor: Node, joints: ReadonlySet<string>): boolean {
-  const angles = listSummedNames(tangent.args[0]);
+const isWave = (tree: Node): boolean => tree.kind === "call" && (tree.text === "sin" || tree.text === "cos");
+
+/** Return whether a divisor surely differs from zero at almost all zeros of a factor. */
+function isNonzeroAtZeros(divisor: Node, factor: Node, joints: ReadonlySet<string>): boolean {
+  const angles = listSummedNames(isWave(divisor) ? divisor.args[0] : divisor);
   if (angles.length === 0 || !angles.every((name) => joints.has(name))) return false;
-  const isWave = factor.kind === "call" && ["sin", "cos", "tan"].includes(factor.text);
-  const otherAngles = isWave ? listSummedNames(factor.args[0]) : [];
+  if (isWave(factor) && divisor.args.map(identify).join() === factor.args.map(identify).join())
+    return divisor.text !== factor.text; // a sine and a cosine of the same angle
+  const otherAngles = isWave(factor) ? listSummedNames(factor.args[0]) : [];
   return (
     angles.some((name) => !hasNameOf(factor, new Set([name]))) || otherAngles.some((name) => !angles.includes(name))
   );
@@ -251,20 +287,15 @@ function listSummedNames(tree: Node | undefined): string[] {
   return tree && isSum(tree) && new Set(names).size === names.length ? names : [];
 }
 
-/**
- * Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2.
- *
- * The values of the exceptions do not matter.
- */
-function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>, exceptions: ReadonlySet<Node>): boolean {
-  if (exceptions.has(tree)) return true;
+/** Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2. */
+function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>): boolean {
   const second = tree.args[1];
   const mayDivideByZero = tree.kind === "/" && second !== undefined && hasNameOf(second, joints);
   const isNumber = second !== undefined && ["number", "decimal"].includes(second.kind);
   const mayBeNegativePower = tree.kind === "^" && !(isNumber && second.value > 0);
   const isOtherFunction = tree.kind === "call" && !["sin", "cos", "abs"].includes(tree.text);
   if (mayDivideByZero || mayBeNegativePower || isOtherFunction) return false;
-  return tree.args.every((arg) => isDefinedEverywhere(arg, joints, exceptions));
+  return tree.args.every((arg) => isDefinedEverywhere(arg, joints));
 }
 
 /** Return an expression with the same zeros: X for sqrt(X) or X^4. The search for zeros needs a nonzero slope there. */

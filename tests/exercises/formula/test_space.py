@@ -68,10 +68,14 @@ def compute_residuals(text: str, residuals: list[str]) -> np.ndarray:
         # factors of a product, unless one of them may be undefined
         ("d3*sin(theta2) = 0", [["d3"], [None]]), ("-2*a1*d3*sin(theta2)^2/3 = 0", [["d3"], [None]]),
         ("cos(theta1)*tan(theta1)*d3 = 0", [[None]]), ("d3*sin(theta2)/d3 = 0", [[None]]), ("d3*d3^-1", [[None]]),
-        # a tangent is a factor if the others do not vanish only at its poles
+        # a quotient is split unless a factor may vanish only where a divisor does; a tangent is a quotient
         ("tan(theta1)*sin(theta2) = 0", [[None]] * 2), ("tan(theta1)*tan(theta2)*d3 = 0", [[None], [None], ["d3"]]),
         ("tan(theta1)*cos(theta1 + theta2) = 0", [[None]] * 2), ("tan(theta1 - theta2)*cos(theta1) = 0", [[None]] * 2),
-        ("tan(theta1)*(cos(theta1) + cos(theta1)*d3) = 0", [[None]]), ("sin(theta2)/tan(theta1) = 0", [[None]]),
+        ("tan(theta1)*(cos(theta1) + cos(theta1)*d3) = 0", [[None]]), ("sin(theta2)/tan(theta1) = 0", [[None]] * 2),
+        ("tan(theta1)*tan(theta1)*sin(theta2) = 0", [[None]] * 2), ("tan(theta1)^2*d3^2 = 0", [[None], ["d3"]]),
+        ("d3*sin(theta2)/cos(theta1)^2 = 0", [["d3"], [None]]), ("d3*cos(theta1)^-1*d3 = 0", [[None]]),
+        ("d3*sec(theta1)*sin(theta2) = 0", [["d3"], [None]]), ("d3*cot(theta1)*sin(theta1) = 0", [[None]]),
+        ("d3*sin(theta2)/sin(theta2)^2 = 0", [[None]]), ("d3*sin(theta2)/(1 + cos(theta2)) = 0", [[None]]),
         ("tan(theta1 + theta2 - theta2)*cos(theta1) = 0", [[None]]), ("tan(2*theta1)*sin(theta2) = 0", [[None]]),
     ],
 )  # fmt: skip
