@@ -65,8 +65,8 @@ def find_answers(
 ) -> Answers:
     """Run a notebook and find the answers to `parts`, which have names such as "p1.jacobian".
 
-    An answer to one of the `parts_in_words` is the text of its cell if Python can't run the cell. Raises OverLimit if
-    the search would take too long.
+    An answer to one of the `parts_in_words` is the text of its cell if Python can't run the cell, or of the text cells
+    that a student added beside a blank cell. Raises OverLimit if the search would take too long.
     """
     names = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
     notebook = _Notebook(cells, names)
@@ -96,6 +96,8 @@ def find_answers(
             _use_second_run(answers, name, setters, run_again())
         if _is_missing(run, name) and part in parts_in_words:
             _use_words_of_cell(answers, part, name, notebook)
+        if _is_missing(run, name) and part in parts_in_words:
+            _use_words_beside_cell(answers, part, name, notebook)
         if name in run.answers:
             _note_several_values(answers, part, name, notebook)
         else:
@@ -364,6 +366,30 @@ def _use_words_of_cell(answers: Answers, part: str, name: str, notebook: _Notebo
             answers.run.unreadable_reasons.pop(name, None)
             reason = "can't be run as Python code" if index in notebook.sources else "is a text cell"
             answers.notes.append(f"{_name_cells([index])} {reason}; qdot used its text as the answer {name}")
+            return
+
+
+_RELEASED_HEADING = re.compile(r"(?m)^#{2,3} (?:\d+(?:\.\d+)? |Check your answers)")
+"""Matches the beginning of what a released notebook contains: of a problem, a question, or the self-checks."""
+
+
+def _use_words_beside_cell(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
+    """Use the text cells that a student added directly below an answer cell, or directly above it."""
+    answer_cells = {*notebook.find_setters(name), *notebook.find_marked_cells(part)}
+    for answer_cell, step in itertools.product(sorted(answer_cells), (1, -1)):
+        texts, index, heading = dict[int, str](), answer_cell + step, None
+        while 0 <= index < len(notebook.cells) and index not in notebook.sources and heading is None:
+            cell = notebook.cells[index]
+            heading = _RELEASED_HEADING.search(cell.source)
+            if cell.part is not None or (heading and step < 0):
+                break
+            text = cell.source[: heading.start() if heading else MAX_CELL_CHARACTERS].strip()
+            texts |= {index: text.encode(errors="replace").decode()} if text else {}
+            index += step
+        if texts:
+            answers.run.answers[name] = "\n\n".join(texts[index] for index in sorted(texts))
+            words = f"{_name_cells(sorted(texts))} {'is a text cell' if len(texts) == 1 else 'are text cells'}"
+            answers.notes.append(f"{words} beside the blank answer cell; qdot used the text as the answer {name}")
             return
 
 
