@@ -1,4 +1,4 @@
-// What the site says of slips that are made in right answers, as ../../tests/tools/site_slips.py writes them.
+// What the site says of slips that are made in right answers; ../../tests/tools/site_corpus.py keeps their keys current.
 import { createSingularityTest } from "../src/arm/is-singular.js";
 import type { Part, Problem } from "../src/bank.js";
 import { judge } from "../src/grade/judge.js";

@@ -21,8 +21,8 @@ from typing import Any
 import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.conventions import REGISTRY
-from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, notebook_path, release_notebooks
+from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, load_assignment
+from qdot.exercises.assignment.release import notebook_path, release_notebooks
 from qdot.exercises.assignment.sets import SETS
 from qdot.exercises.common.console import print_result
 from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
@@ -48,62 +48,9 @@ ARCHIVES = DATA / "archives"
 SCHEMAS = ROOT / "docs" / "schemas"
 UNRELEASED = "unreleased"
 """The archive that is rewritten whenever ENGINE or GRADER_VERSION increases before a release."""
-STUDENTS = (Student("ada", "Ada Example"), Student("bo", "Bo Example"))
-KEY, RECEIVED = "archived", 1_700_000_000
-TOML = f"""title = "Archived"
-key = "{KEY}"
-attempts = "best"
-
-[[problem]]
-family = "planar-2r"
-questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
-points = [1, 2, 1, 2, 2]
-
-[[problem]]
-robot = "arm.toml"
-questions = ["jacobian", "determinant"]
-
-[[problem]]
-family = "scara"
-variation = "full"
-convention = "modified-dh"
-questions = ["joint-axes", "geometric-jacobian"]
-
-[[problem]]
-family = "random-3"
-questions = ["jacobian", "determinant"]
-difficulty = [1, 2]
-decimals = 3
-
-[[problem]]
-family = "wrist-zyz"
-convention = "screws"
-questions = ["space-jacobian"]
-
-[[problem]]
-family = "elbow-3r"
-questions = "quiz"
-"""
-ARM = """name = "archived arm"
-task = ["vx", "vy"]
-
-[[joint]]
-kind = "R"
-theta = "theta1"
-d = 0
-a = "a1"
-alpha = "pi/2"
-
-[[joint]]
-kind = "P"
-theta = 0
-d = "d2"
-a = 0
-alpha = 0
-
-[draw]
-a1 = [0.3, 0.8]
-"""
+CLASS_FILES = ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES_FILE)
+"""What an instructor writes. The class of every archive is that of the unreleased one."""
+RECEIVED = 1_700_000_000
 WRONG = {
     "p1.jacobian": "p1_jacobian = Matrix([[-a1*sin(theta1), 0], [a1*cos(theta1), 0]])",
     "p1.determinant": "p1_determinant = blank",
@@ -146,14 +93,14 @@ def _list_options(command: Any, name: str) -> list[tuple[str, list[str]]]:
 
 def write_archive(archive: Path) -> None:
     """Write an archive into a folder, replacing what is there."""
-    shutil.rmtree(archive, ignore_errors=True)
-    archive.mkdir(parents=True)
     with tempfile.TemporaryDirectory() as temporary:
-        folder = Path(temporary) / "class"
+        folder = Path(temporary)
         _generate_and_grade_class(folder)
+        shutil.rmtree(archive, ignore_errors=True)
+        archive.mkdir(parents=True)
         for name in ("certificates", "submitted"):
             shutil.copytree(folder / name, archive / name)
-        for name in ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES_FILE, "redrawn.csv"):
+        for name in (*CLASS_FILES, "redrawn.csv"):
             if (folder / name).exists():
                 shutil.copyfile(folder / name, archive / name)
         (archive / "graded").mkdir()
@@ -165,16 +112,12 @@ def write_archive(archive: Path) -> None:
 
 
 def _generate_and_grade_class(folder: Path) -> None:
-    init_assignment(folder, "Archived", KEY, STUDENTS, secret="an archive's secret")
-    (folder / "arm.toml").write_text(ARM, encoding="utf-8")
-    (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
-    (folder / OVERRIDES_FILE).write_text(
-        "student,part,points,comment\nbo,p3.joint-axes,0.5,on paper\n", encoding="utf-8"
-    )
+    for name in CLASS_FILES:
+        shutil.copyfile(ARCHIVES / UNRELEASED / name, folder / name)
     assignment = release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
-    for student in STUDENTS:
+    for student in assignment.roster:
         solved = json.loads(notebook_path(assignment, student.id, "solutions").read_text(encoding="utf-8"))
-        submitted = folder / "submitted" / student.id / f"{KEY}.ipynb"
+        submitted = folder / "submitted" / student.id / f"{assignment.key}.ipynb"
         submitted.parent.mkdir(parents=True)
         solved["metadata"]["qdot"]["kind"] = "student"
         content = {

@@ -22,6 +22,7 @@ from typing import Any
 
 from qdot.exercises.common.stream import Stream
 from qdot.grader.submissions.cells import MAX_FILE_BYTES
+from tests.support import DATA
 from tests.support.submitting import code_cell
 from tests.tools.fuzz import TOKENS, mutate
 
@@ -52,19 +53,9 @@ def write_safely(path: Path, content: bytes) -> None:
 
 # --- names ---
 
-_PIECES = (
-    "\udcf6", "\udcff\udcfe", "\x1b[2J", "\n", "\r", "\t", "\x7f", "\u202e", "\u200f", "\u200b", "\ufeff", "-", "--",
-    "-rf", " ", "  ", ".", "..", "...", "'", '"', "<script>alert(1)</script>", "&amp;", "{{7*7}}", "{% raw %}", "%s",
-    "%n", "$(id)", "`id`", ";", "|", "*", "?", "[", "]", "~", "#", "=1+1", "@", ":", "\\", "a" * 120, "ö" * 60,
-    "o\u0308", "ﬁ", "İ", "ß", "١", "x" * 255, "\U0001f4a9", "CON", "NUL", "LPT1.", "hw", "s02", "s03", "_LATE_",
-    "_123_456_", "true", "_99_assignsubmission_file_", "_99_assignsubmission_onlinetext", "submission_7",
-    "submission_metadata.yml", "None", "__MACOSX", ".ipynb_checkpoints", "Thumbs.db", ".git", "assignment.toml",
-    "overrides.csv", "results.jsonl", "p1.position",
-)  # fmt: skip
-_ENDINGS = (
-    ".ipynb", ".ipynb", ".ipynb", ".IPYNB", ".ipynb.txt", ".json", ".py", ".md", ".zip", ".tar.gz", ".tar", ".tgz",
-    ".txt", ".html", ".pdf", ".rmd", "", ".", ".ipynb ", ".ipynb.ipynb", ".tar.gz.ipynb",
-)  # fmt: skip
+_TEXTS = json.loads((DATA / "hostile.json").read_text(encoding="utf-8"))
+_PIECES = (*_TEXTS["pieces"], "a" * 120, "ö" * 60, "x" * 255)
+_ENDINGS = tuple(_TEXTS["endings"])
 
 
 def make_name(rng: Stream) -> str:
@@ -79,9 +70,8 @@ def choose_folder(root: Path, rng: Stream) -> Path:
     if rng.integer_below(5):
         return root / ATTACKER
     noise = make_name(rng).replace("\0", "")
-    begin = rng.choice(
-        (f"{ATTACKER}_", "Two Bo_99_assignsubmission_file_", "twobo_LATE_7_9_", "twobo_7_9_", "submission_7", "")
-    )
+    begins = (f"{ATTACKER}_", "Two Bo_99_assignsubmission_file_", "twobo_LATE_7_9_", "twobo_7_9_", "submission_7", "")
+    begin = rng.choice(begins)
     return root / os.fsencode(f"{begin}{noise}")[:255].decode("utf-8", "surrogateescape")
 
 
@@ -136,13 +126,8 @@ def write_links(workspace: Workspace, rng: Stream) -> None:
 def write_special_file(workspace: Workspace, rng: Stream) -> None:
     file_name = rng.choice(("hw.ipynb", "a.zip", "notes", make_name(rng)))
     workspace.folder.mkdir(parents=True, exist_ok=True)
-    path = rng.choice(
-        (
-            workspace.folder / file_name,
-            workspace.folder.with_name(f"{workspace.folder.name}.ipynb"),
-            workspace.root / "submission_metadata.yml",
-        )
-    )
+    single_file = workspace.folder.with_name(f"{workspace.folder.name}.ipynb")
+    path = rng.choice((workspace.folder / file_name, single_file, workspace.root / "submission_metadata.yml"))
     if rng.integer_below(2):
         os.mkfifo(path)
     else:
@@ -165,9 +150,8 @@ def set_odd_times(workspace: Workspace, rng: Stream) -> None:
 def write_odd_sizes(workspace: Workspace, rng: Stream) -> None:
     kind = rng.integer_below(5)
     if kind == 0:
-        workspace.put(
-            "hw.ipynb", rng.choice((b"", b" ", b"\n" * 1000, b"\0", b"\xef\xbb\xbf", b"\xff\xfe", b"{", b"[]", b"null"))
-        )
+        contents = (b"", b" ", b"\n" * 1000, b"\0", b"\xef\xbb\xbf", b"\xff\xfe", b"{", b"[]", b"null")
+        workspace.put("hw.ipynb", rng.choice(contents))
     elif kind == 1:
         with workspace.put(rng.choice(("hw.ipynb", "a.zip", "x.txt")), b"{").open("r+b") as file:
             file.truncate(rng.choice((MAX_FILE_BYTES, MAX_FILE_BYTES + 1, 10**12)))
@@ -208,9 +192,8 @@ def write_stray_file(workspace: Workspace, rng: Stream) -> None:
 
 _RAW = "@raw@"
 _TEXTS_OF_JSON = (
-    "NaN", "-Infinity", "1e999", "-0", "1" * 5000, "0." + "1" * 5000, "[" * 100_000 + "]" * 100_000,
-    "[" * 500 + "]" * 500, '{"a":' * 900 + "1" + "}" * 900, '"\\ud800"', '"\\udc00\\ud800"', '"\\u0000"', '"\x01"',
-    "tru", "'a'", "01", "1_0", "", "//", '{"a": 1, "a": 2}', '"' + "\\\\" * 5000 + '"', '"' + "a" * 300_000 + '"',
+    *_TEXTS["texts_of_json"], "1" * 5000, "0." + "1" * 5000, "[" * 100_000 + "]" * 100_000, "[" * 500 + "]" * 500,
+    '{"a":' * 900 + "1" + "}" * 900, '"' + "\\\\" * 5000 + '"', '"' + "a" * 300_000 + '"',
 )  # fmt: skip
 
 
@@ -242,9 +225,8 @@ def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
         sheets: Any = rng.choice(([{"cells": data.pop("cells")}], [], None, {}, [None, [], {"cells": {}}]))
         data.update(nbformat=3, worksheets=sheets)
     elif version == 1:
-        data.update(
-            nbformat=rng.choice((5, 2, 99, -1, None, "4", 4.5)), nbformat_minor=rng.choice((0, None, "x", 10**9))
-        )
+        data["nbformat"] = rng.choice((5, 2, 99, -1, None, "4", 4.5))
+        data["nbformat_minor"] = rng.choice((0, None, "x", 10**9))
     for _ in range(rng.integer_below(5)):
         holder, key = rng.choice(_list_places(data) or [({}, "")])
         way = rng.integer_below(5)
@@ -253,9 +235,8 @@ def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
         elif way == 3 and key in holder if isinstance(holder, dict) else way == 3:
             del holder[key]
         elif isinstance(holder, dict):
-            holder[rng.choice(("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", make_name(rng)))] = (
-                _choose_odd_value(rng)
-            )
+            names = ("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", make_name(rng))
+            holder[rng.choice(names)] = _choose_odd_value(rng)
         else:
             holder.insert(0, _choose_odd_value(rng))
     if rng.integer_below(8) == 0:
@@ -264,11 +245,8 @@ def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
     while f'"{_RAW}"' in text:
         text = text.replace(f'"{_RAW}"', rng.choice(_TEXTS_OF_JSON), 1)
     if rng.integer_below(6) == 0:
-        text = (
-            text.replace('"cells": ', '"cells": [], "cells": ', 1)
-            if rng.integer_below(2)
-            else f'{text[:-1]}, "cells": {{}}}}'
-        )
+        twice = text.replace('"cells": ', '"cells": [], "cells": ', 1)
+        text = rng.choice((twice, f'{text[:-1]}, "cells": {{}}}}'))
     workspace.put(_choose_file_name(rng), text.encode("utf-8", rng.choice(("replace", "surrogatepass"))))
 
 
@@ -277,9 +255,8 @@ def _choose_file_name(rng: Stream) -> str:
 
 
 def write_changed_bytes(workspace: Workspace, rng: Stream) -> None:
-    data = bytearray(
-        workspace.right.encode(rng.choice(("utf-8", "utf-8", "utf-8", "utf-16", "utf-16-be", "utf-32", "utf-8-sig")))
-    )
+    encoding = rng.choice(("utf-8", "utf-8", "utf-8", "utf-16", "utf-16-be", "utf-32", "utf-8-sig"))
+    data = bytearray(workspace.right.encode(encoding))
     for _ in range(1 + rng.integer_below(8)):
         at, length = rng.integer_below(len(data) + 1), 1 + rng.integer_below(200)
         way = rng.integer_below(6)
@@ -292,57 +269,21 @@ def write_changed_bytes(workspace: Workspace, rng: Stream) -> None:
         elif way == 3:
             data[at:at] = data[at : at + length]
         elif way == 4:
-            data[at:at] = rng.choice(
-                (b"\0", b"\xff", b"\r", b"\x1a", b"\xed\xa0\x80", b'"', b"{", b"]", b"\\u", b"\xe2\x80\xa8")
-            )
+            odd = (b"\0", b"\xff", b"\r", b"\x1a", b"\xed\xa0\x80", b'"', b"{", b"]", b"\\u", b"\xe2\x80\xa8")
+            data[at:at] = rng.choice(odd)
         elif rng.integer_below(4) == 0:
             del data[at:]
-    magic = rng.choice(
-        (b"", b"", b"", b"", b"%PDF", b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b", b"\x89PNG", b"\xff\xfe", b"BZh")
-    )
-    workspace.put(_choose_file_name(rng), magic + bytes(data))
+    magics = (b"%PDF", b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b", b"\x89PNG", b"\xff\xfe", b"BZh")
+    workspace.put(_choose_file_name(rng), rng.choice((*[b""] * 4, *magics)) + bytes(data))
 
 
 # --- cells ---
 
 _SOURCES = (
-    "\x00", "x = '\x00'", "# coding: utf-7\n1", "# -*- coding: latin-1 -*-\n'ö'", "1" * 100_000, "x = " + "(" * 5000,
-    "-" * 20_000 + "1", "x = [" + "1," * 50_000 + "]", "lambda: " * 2000 + "1", "a" + ".b" * 20_000,
-    "if 1:\n" + " " * 99 + "1", "\t1\n 2", "\f\v1", "\u2028", "%%bash\nrm -rf /", "%%writefile ../../x\n1",
-    "%%writefile\n", "%%", "%", "!", "!ls", "files = !ls", "sin?", "??", "%%time\n1/0", "%run x", "%load_ext x",
-    "await x", "async with a: pass", "return 1", "yield 1", "break", "input()", "from x import *", "import this",
-    "raise SystemExit(3)", "raise KeyboardInterrupt", "raise BaseException('\\ud800')",
-    "raise Exception('\\x1b[2J\\n' * 1000)", "import os; os._exit(0)", "import os; os.kill(os.getpid(), 9)",
-    "import os; os.abort()", "exit()", "1/0", "while True: pass", "def f(): f()\nf()", "x = 'a' * 10**10",
-    "print('x' * 10**7)", "import sys; sys.setrecursionlimit(10**9)\nf = lambda: f()\nf()",
-    "import sys; sys.stdout.write('\\ud800')", "import sys; sys.stdout.close(); sys.stderr = None",
-    "open('x', 'w').write('x' * 10**8)", "import os\nfor k in range(200): os.makedirs(f'd{k}/' * 3)",
-    "import os\nfor k in range(300):\n os.mkdir('d'); os.chdir('d')",
-    "class E(Exception):\n def __str__(self): raise self\nraise E",
-    "class E(Exception): __name__ = 3\nE.__qualname__ = '\\ud800\\n'\nraise E",
-    "import builtins; builtins.str = builtins.repr = None", "import sympy; sympy.Symbol.__new__ = None",
-    "globals().clear()", "del __builtins__",
-    "import gc\nfor o in gc.get_objects():\n  if isinstance(o, dict): o.clear()",
-    "import threading\nthreading.Thread(target=input).start()",
-    "import signal; signal.signal(14, signal.SIG_IGN); signal.pause()", "import time; time.sleep(3)",
-    "import ctypes; ctypes.string_at(0)", "import atexit; atexit.register(lambda: 1/0)",
-    "import warnings; warnings.simplefilter('error'); warnings.warn('x')",
+    *_TEXTS["sources"], "1" * 100_000, "x = " + "(" * 5000, "-" * 20_000 + "1", "x = [" + "1," * 50_000 + "]",
+    "lambda: " * 2000 + "1", "a" + ".b" * 20_000, "if 1:\n" + " " * 99 + "1",
 )  # fmt: skip
-_VALUES = (
-    "None", "...", "NotImplemented", "float('nan')", "oo", "zoo", "1e999", "10**10000", "2**2**2**2**2",
-    "Rational(1, 10**3000)", "''", "'\\ud800'", "'\\x00'", "'<script>alert(1)</script>'", "'a1' * 10**5", "'(' * 3000",
-    "b'a1'", "[]", "[[[]]]", "{}", "set()", "Matrix(0, 0, [])", "Matrix([[1]] * 500)", "zeros(60, 60)", "Symbol('')",
-    "Symbol('\\ud800')", "Symbol('\\x1b[2J')", "Symbol('a1 + a2')", "Symbol('x' * 10**5)", "Function('f')(1)",
-    "Derivative(Symbol('x')**2, Symbol('x'))", "Integral(1, (Symbol('x'), 0, 1))",
-    "Sum(Symbol('k'), (Symbol('k'), 1, 10**9))", "sum(Symbol(f'x{k}') for k in range(9000))", "Piecewise((1, True))",
-    "lambda *a: a", "lambda *a: 1/0", "print", "type", "object()", "range(9)", "(k for k in iter(int, 1))",
-    "type('T', (), {'__str__': lambda s: 1/0, '__repr__': lambda s: 3})()", "type('T', (str,), {})('a1')", "I**I",
-    "type('T', (Symbol,), {'_sympystr': lambda s, p: 'x' * 10**6})('x')", "blank", "Eq(1, 2)", "True", "S.EmptySet",
-    "ImageSet(Lambda(blank, blank), S.Integers)", "'1/0'", "'9^9^9^9'", "'{theta2: [0, pi]}'",
-    "'sin(' * 400 + 'a1' + ')' * 400", "'a1 +' * 2000 + 'a1'", "r'\\\\frac{' * 100", "'k*pi ' * 50",
-    "(lambda x: x.append(x) or x)([])", "(lambda x: x.update(a=x) or x)({})",
-    "__import__('numpy').full((3, 3), float('nan'))", "1j", "True + True",
-)  # fmt: skip
+_VALUES = tuple(_TEXTS["values"])
 
 
 def _edit_cells(workspace: Workspace, change: Callable[[list[dict[str, Any]]], Any]) -> str:
@@ -379,17 +320,13 @@ def _bomb() -> bytes:
 
 def _make_zip(workspace: Workspace, rng: Stream) -> bytes:
     buffer = io.BytesIO()
-    with zipfile.ZipFile(
-        buffer, "w", rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA))
-    ) as archive:
+    methods = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED, zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA)
+    times = ((1980, 1, 1, 0, 0, 0), (2107, 15, 31, 31, 63, 62), (2026, 0, 0, 0, 0, 0))
+    modes = (0, stat.S_IFLNK, stat.S_IFIFO, stat.S_IFDIR, stat.S_IFREG | 0o600, 0xFFFF)
+    with zipfile.ZipFile(buffer, "w", rng.choice(methods)) as archive:
         for _ in range(rng.choice((0, 1, 1, 2, 4))):
-            info = zipfile.ZipInfo(
-                _choose_member_name(rng),
-                rng.choice(((1980, 1, 1, 0, 0, 0), (2107, 15, 31, 31, 63, 62), (2026, 0, 0, 0, 0, 0))),
-            )
-            info.external_attr = (
-                rng.choice((0, stat.S_IFLNK, stat.S_IFIFO, stat.S_IFDIR, stat.S_IFREG | 0o600, 0xFFFF)) << 16
-            )
+            info = zipfile.ZipInfo(_choose_member_name(rng), rng.choice(times))
+            info.external_attr = rng.choice(modes) << 16
             info.compress_type = archive.compression
             with contextlib.suppress(ValueError, UnicodeError), warnings.catch_warnings(action="ignore"):  # odd names
                 archive.writestr(info, _choose_member_content(workspace, rng))
@@ -407,28 +344,14 @@ def _make_zip(workspace: Workspace, rng: Stream) -> bytes:
 
 def _make_tar(workspace: Workspace, rng: Stream) -> bytes:
     buffer = io.BytesIO()
-    kinds = (
-        tarfile.REGTYPE,
-        tarfile.REGTYPE,
-        tarfile.SYMTYPE,
-        tarfile.LNKTYPE,
-        tarfile.FIFOTYPE,
-        tarfile.CHRTYPE,
-        tarfile.DIRTYPE,
-        b"S",
-        b"x",
-        b"L",
-        b"Z",
-    )
+    usual = (tarfile.REGTYPE, tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.FIFOTYPE, tarfile.CHRTYPE, tarfile.DIRTYPE)
+    kinds = (tarfile.REGTYPE, *usual, b"S", b"x", b"L", b"Z")
+    targets = ("hw.ipynb", "/etc/passwd", "..")
     form = rng.choice((tarfile.USTAR_FORMAT, tarfile.GNU_FORMAT, tarfile.PAX_FORMAT))
     with tarfile.open(fileobj=buffer, mode="w", format=form, errors="surrogateescape") as archive:
         for _ in range(rng.choice((0, 1, 1, 2, 4))):
             info, content = tarfile.TarInfo(_choose_member_name(rng)), _choose_member_content(workspace, rng)
-            info.type, info.size, info.linkname = (
-                rng.choice(kinds),
-                len(content),
-                rng.choice(("hw.ipynb", "/etc/passwd", "..", info.name)),
-            )
+            info.type, info.size, info.linkname = rng.choice(kinds), len(content), rng.choice((*targets, info.name))
             with contextlib.suppress(ValueError, UnicodeError):
                 archive.addfile(info, io.BytesIO(content))
     data = buffer.getvalue()
@@ -445,17 +368,8 @@ def _choose_member_name(rng: Stream) -> str:
 
 
 def _choose_member_content(workspace: Workspace, rng: Stream) -> bytes:
-    return rng.choice(
-        (
-            workspace.right.encode(),
-            workspace.right.encode(),
-            b"",
-            b"{}",
-            rng.take_bytes(300),
-            b"PK\x03\x04",
-            workspace.right[:500].encode(),
-        )
-    )
+    right = workspace.right.encode()
+    return rng.choice((right, right, b"", b"{}", rng.take_bytes(300), b"PK\x03\x04", right[:500]))
 
 
 def write_archive(workspace: Workspace, rng: Stream) -> None:

@@ -10,7 +10,6 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -21,7 +20,7 @@ from qdot.exercises.formula.equality import Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression
-from qdot.exercises.formula.trees import Node, find_names, format_tree
+from qdot.exercises.formula.trees import ONE, Node, find_names, format_tree, make_number
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
@@ -33,13 +32,9 @@ QUESTION_NAMES = ("position", "velocity", "jacobian", "determinant", "inverse-ja
 MAX_LENGTH = 1500
 """Longer references and rewritings are left unchanged."""
 
-
-def number(value: int | Fraction) -> Node:
-    """Return the tree of a number."""
-    return Node("neg", (number(-value),)) if value < 0 else Node("number", value=Fraction(value))
-
-
-PI, TWO, IMAGINARY = Node("name", value="pi"), number(2), Node("name", value="I")
+PI, IMAGINARY, THETA1, A1 = (Node("name", value=name) for name in ("pi", "I", "theta1", "a1"))
+COFUNCTIONS = {"sin": "cos", "cos": "sin"}
+Rule = Callable[[Node, Stream], Node | None]
 
 
 def call(name: str, arg: Node) -> Node:
@@ -47,102 +42,69 @@ def call(name: str, arg: Node) -> Node:
     return Node("call", (arg,), name)
 
 
-def times(*factors: Node) -> Node:
-    """Return a product of trees."""
-    product = factors[0]
-    for factor in factors[1:]:
-        product = Node("*", (product, factor))
-    return product
-
-
-def plus(left: Node, right: Node, sign: str = "+") -> Node:
-    """Return a sum or difference of trees."""
-    return Node(sign, (left, right))
-
-
-def over(numerator: Node, denominator: Node) -> Node:
-    """Return a quotient of trees."""
-    return Node("/", (numerator, denominator))
-
-
-Rule = Callable[[Node, Stream], Node | None]
+def is_wave(node: Node) -> bool:
+    """Return whether a node is a sine or cosine."""
+    return node.kind == "call" and node.value in COFUNCTIONS
 
 
 def shift_angle(node: Node, rng: Stream) -> Node | None:
     """Rewrite sin(x) as cos(x - pi/2), as -sin(x + pi), or with full turns added."""
-    if node.kind != "call" or node.value not in ("sin", "cos"):
+    if not is_wave(node):
         return None
-    x, kind = node.args[0], rng.integer_below(3)
+    x, kind, quarter = node.args[0], rng.integer_below(3), PI / 2
     if kind == 0:
-        cofunction = "cos" if node.value == "sin" else "sin"
-        return call(cofunction, plus(x, over(PI, TWO), "-" if node.value == "sin" else "+"))
+        return call(COFUNCTIONS[node.value], x - quarter if node.value == "sin" else x + quarter)
     if kind == 1:
-        return Node("neg", (call(node.value, plus(x, PI, rng.choice("+-"))),))
-    return call(node.value, plus(x, times(number(2 * rng.integer(-3, 3)), PI)))
+        return -call(node.value, rng.choice((x + PI, x - PI)))
+    return call(node.value, x + make_number(2 * rng.integer(1, 3)) * PI)
 
 
 def use_half_angles(node: Node, rng: Stream) -> Node | None:
     """Rewrite sin and cos in terms of the half angle: its tangent, or its sine and cosine."""
-    if node.kind != "call" or node.value not in ("sin", "cos"):
+    if not is_wave(node):
         return None
-    half = over(node.args[0], TWO)
-    t2, s2 = (Node("^", (call(name, half), TWO)) for name in ("tan", "sin"))
+    sine, cosine, tangent = (call(name, node.args[0] / 2) for name in ("sin", "cos", "tan"))
     if rng.integer_below(2):
-        above = times(TWO, call("tan", half)) if node.value == "sin" else plus(number(1), t2, "-")
-        return over(above, plus(number(1), t2))
-    return (
-        times(TWO, call("sin", half), call("cos", half))
-        if node.value == "sin"
-        else plus(number(1), times(TWO, s2), "-")
-    )
+        return (2 * tangent if node.value == "sin" else ONE - tangent**2) / (ONE + tangent**2)
+    return 2 * sine * cosine if node.value == "sin" else ONE - 2 * sine**2
 
 
 def use_exponentials(node: Node, rng: Stream) -> Node | None:
     """Rewrite sin and cos as complex exponentials."""
-    if node.kind != "call" or node.value not in ("sin", "cos"):
+    if not is_wave(node):
         return None
-    ahead, back = (call("exp", times(IMAGINARY, sign)) for sign in (node.args[0], Node("neg", (node.args[0],))))
-    if node.value == "cos":
-        return over(plus(ahead, back), TWO)
-    return over(plus(ahead, back, "-"), times(TWO, IMAGINARY))
+    ahead, back = (call("exp", IMAGINARY * angle) for angle in (node.args[0], -node.args[0]))
+    return (ahead + back) / 2 if node.value == "cos" else (ahead - back) / (2 * IMAGINARY)
 
 
 def expand_angle_sum(node: Node, rng: Stream) -> Node | None:
     """Expand the sine or cosine of a sum."""
-    if node.kind != "call" or node.value not in ("sin", "cos") or node.args[0].kind not in ("+", "-"):
+    if not is_wave(node) or node.args[0].kind not in ("+", "-"):
         return None
-    sum_ = node.args[0]
-    (sx, cx), (sy, cy) = ((call("sin", x), call("cos", x)) for x in sum_.args)
-    if node.value == "sin":
-        return plus(times(sx, cy), times(cx, sy), sum_.kind)
-    return plus(times(cx, cy), times(sx, sy), "-" if sum_.kind == "+" else "+")
+    sign = 1 if node.args[0].kind == "+" else -1
+    (sx, cx), (sy, cy) = ((call("sin", x), call("cos", x)) for x in node.args[0].args)
+    return sx * cy + sign * (cx * sy) if node.value == "sin" else cx * cy - sign * (sx * sy)
 
 
 def product_to_sum(node: Node, rng: Stream) -> Node | None:
     """Rewrite a product of two sines or cosines as a sum."""
-    if node.kind != "*" or any(arg.kind != "call" or arg.value not in ("sin", "cos") for arg in node.args):
+    if node.kind != "*" or not all(map(is_wave, node.args)):
         return None
     (f, x), (g, y) = ((arg.value, arg.args[0]) for arg in node.args)
-    low, high = plus(x, y, "-"), plus(x, y)
     if f == g:
-        return over(plus(call("cos", low), call("cos", high), "+" if f == "cos" else "-"), TWO)
-    return over(plus(call("sin", high), call("sin", low), "+" if f == "sin" else "-"), TWO)
+        return (call("cos", x - y) + (1 if f == "cos" else -1) * call("cos", x + y)) / 2
+    return (call("sin", x + y) + (1 if f == "sin" else -1) * call("sin", x - y)) / 2
 
 
 def multiply_by_one(node: Node, rng: Stream) -> Node | None:
     """Multiply by 1 in another form."""
-    x = call("sin", Node("name", value="theta1")), call("cos", Node("name", value="theta1"))
-    ones = (
-        plus(Node("^", (x[0], TWO)), Node("^", (x[1], TWO))),
-        over(x[1], x[1]),
-        Node("decimal", value=Fraction("1.0")),
-    )
-    return times(node, rng.choice(ones))
+    s, c = call("sin", THETA1), call("cos", THETA1)
+    return node * rng.choice((s**2 + c**2, c / c, Node("decimal", value=Fraction(1))))
 
 
 def swap_operands(node: Node, rng: Stream) -> Node | None:
     """Swap the operands of a sum or product."""
-    return Node(node.kind, node.args[::-1]) if node.kind in ("+", "*") else None
+    return node.with_args(node.args[::-1]) if node.kind in ("+", "*") else None
 
 
 def multiply_out(node: Node, rng: Stream) -> Node | None:
@@ -150,27 +112,20 @@ def multiply_out(node: Node, rng: Stream) -> Node | None:
     if node.kind != "*" or node.args[1].kind not in ("+", "-"):
         return None
     x, sum_ = node.args
-    return plus(times(x, sum_.args[0]), times(x, sum_.args[1]), sum_.kind)
+    return sum_.with_args([x * term for term in sum_.args])
 
 
 def write_as_decimal(node: Node, rng: Stream) -> Node | None:
     """Write a number as a decimal if it has few digits."""
-    if node.kind != "number" or any(node.value.denominator % p == 0 for p in (3, 7, 11, 13)) or node.value > 10**6:
+    if node.kind != "number" or node.value > 10**6 or 10**40 % node.value.denominator:
         return None
-    denominator = node.value.denominator
-    while denominator % 2 == 0:
-        denominator //= 2
-    while denominator % 5 == 0:
-        denominator //= 5
-    return Node("decimal", value=node.value) if denominator == 1 else None
+    return Node("decimal", value=node.value)
 
 
 def insert_identity(node: Node, rng: Stream) -> Node | None:
     """Replace a tree by an equal one, such as half of its double, or its double negative."""
-    kind = rng.integer_below(3)
-    if kind == 0:
-        return over(times(TWO, node), TWO)
-    return Node("neg", (Node("neg", (node,)),)) if kind == 1 else plus(plus(node, IMAGINARY), IMAGINARY, "-")
+    doubled, twice_negated = 2 * node / 2, Node("neg", (Node("neg", (node,)),))
+    return rng.choice((doubled, twice_negated, node + IMAGINARY - IMAGINARY))
 
 
 REWRITINGS: tuple[Rule, ...] = (
@@ -181,9 +136,7 @@ REWRITINGS: tuple[Rule, ...] = (
 
 def swap_sine_and_cosine(node: Node, rng: Stream) -> Node | None:
     """Replace a sine by a cosine, or the reverse."""
-    if node.kind != "call" or node.value not in ("sin", "cos"):
-        return None
-    return call("cos" if node.value == "sin" else "sin", node.args[0])
+    return call(COFUNCTIONS[node.value], node.args[0]) if is_wave(node) else None
 
 
 def change_sign(node: Node, rng: Stream) -> Node | None:
@@ -205,34 +158,23 @@ def change_index(node: Node, rng: Stream) -> Node | None:
 
 def change_number(node: Node, rng: Stream) -> Node | None:
     """Change a number slightly."""
-    if node.kind != "number":
-        return None
-    return Node(
-        "number", value=node.value + rng.choice((Fraction(1), Fraction(1, 100), Fraction(1, 10**9), Fraction(-1, 7)))
-    )
+    changes = (Fraction(1), Fraction(1, 100), Fraction(1, 10**9), Fraction(-1, 7))
+    return make_number(node.value + rng.choice(changes)) if node.kind == "number" else None
 
 
 def lose_sign(node: Node, rng: Stream) -> Node | None:
     """Remove the sign of a sine or cosine with an absolute value or a root."""
-    if node.kind != "call" or node.value not in ("sin", "cos"):
-        return None
-    return call("abs", node) if rng.integer_below(2) else call("sqrt", Node("^", (node, TWO)))
+    return rng.choice((call("abs", node), call("sqrt", node**2))) if is_wave(node) else None
 
 
 def add_small_term(node: Node, rng: Stream) -> Node | None:
     """Add a very small term."""
-    return plus(node, times(Node("number", value=Fraction(1, 10 ** rng.integer(3, 8))), Node("name", value="a1")))
+    return node + make_number(Fraction(1, 10 ** rng.integer(3, 8))) * A1
 
 
 MUTATIONS: tuple[Rule, ...] = (
-    swap_sine_and_cosine,
-    change_sign,
-    drop_operand,
-    change_index,
-    change_number,
-    lose_sign,
-    add_small_term,
-)
+    swap_sine_and_cosine, change_sign, drop_operand, change_index, change_number, lose_sign, add_small_term,
+)  # fmt: skip
 
 
 def places(node: Node) -> list[tuple[int, ...]]:
@@ -286,41 +228,24 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
     """Yield the formulas of all families' problems, with their origins."""
     for seed in seeds:
         for family in FAMILIES:
-            if FAMILIES[family].has_varied_structure:
-                questions: tuple[str, ...] = ("jacobian",)
-            else:
-                questions = tuple(
-                    question for question in list_questions_of_family(family) if question in QUESTION_NAMES
-                )
+            names = ("jacobian",) if FAMILIES[family].has_varied_structure else QUESTION_NAMES
+            questions = tuple(name for name in list_questions_of_family(family) if name in names)
             problem = generate(ProblemId(family, seed, questions))
             domain = problem.domain
             for part in problem.parts:
-                answer = part.answer
-                entries = list(answer.reference) if isinstance(answer, Matrix) else []
-                entries = [answer.reference] if isinstance(answer, Expression) else entries
+                entries = part.answer.as_matrix() if isinstance(part.answer, (Expression, Matrix)) else ()
                 for index, entry in enumerate(entries):
                     if len(text := format_expression(entry)) <= MAX_LENGTH:
                         yield f"{family}/{seed} {part.name}[{index}]", parse_formula(text, domain.roles), domain
 
 
-@dataclass(frozen=True)
-class Pair:
-    """An answer made from a reference: its origin, how it was made, whether it is right, both texts, and the seed."""
+def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
+    """Yield the source of an answer, its kind, whether it is right, the grader's verdict, and the answer.
 
-    source: str
-    kind: str
-    is_right: bool
-    answer: str
-    reference: str
-    domain: Domain
-    seed: str
-
-
-def pairs(count: int) -> Iterator[Pair]:
-    """Yield references and answers, each with whether they are the same function."""
+    Of each answer it is known whether it is the same function as the reference.
+    """
     count_so_far = 0
     for source, reference, domain in references(iter(range(10**9))):
-        text = format_tree(reference)
         for k in range(6):
             if count_so_far >= count:
                 return
@@ -329,21 +254,15 @@ def pairs(count: int) -> Iterator[Pair]:
             tree = apply_rules(reference, REWRITINGS, rng, rng.integer(1, 5))
             if not is_rewriting:
                 tree = apply_rules(tree, MUTATIONS, rng, 1)
-            differs = is_different(tree, reference, domain, rng)
+            differs, answer = is_different(tree, reference, domain, rng), format_tree(tree)
             if is_rewriting and differs:
-                raise AssertionError(f"a rewriting is no identity: {source}: {format_tree(tree)}")
+                raise AssertionError(f"a rewriting is no identity: {source}: {answer}")
             if differs is None or (not is_rewriting and not differs):
                 continue  # floating-point values can't tell
             count_so_far += 1
-            kind, seed = "rewritten" if is_rewriting else "changed", f"pairs/{source}/{k}"
-            yield Pair(source, kind, not differs, format_tree(tree), text, domain, seed)
-
-
-def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
-    """Yield for each pair its source, kind, whether it is right, the grader's verdict, and the answer."""
-    for pair in pairs(count):
-        judgement = judge_expression(pair.answer, pair.reference, pair.domain, pair.seed)
-        yield pair.source, pair.kind, pair.is_right, judgement.outcome is Outcome.CORRECT, pair.answer
+            judgement = judge_expression(answer, format_tree(reference), domain, f"pairs/{source}/{k}")
+            kind, verdict = "rewritten" if is_rewriting else "changed", judgement.outcome is Outcome.CORRECT
+            yield source, kind, not differs, verdict, answer
 
 
 def main() -> int:
@@ -351,23 +270,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=100_000)
     count = parser.parse_args().count
-    counts: Counter[tuple[str, bool]] = Counter()
-    wrong, start = 0, time.perf_counter()
-    for done, (source, kind, is_right, verdict, answer) in enumerate(verdicts(count), 1):
-        counts[kind, is_right] += 1
+    counts, wrong, start = Counter[str](), 0, time.perf_counter()
+    for source, kind, is_right, verdict, answer in verdicts(count):
+        counts[f"{kind} ({'right' if is_right else 'wrong'})"] += 1
         if verdict != is_right:
             wrong += 1
-            sys.stdout.write(
-                f"{source}: {kind}, {'right' if is_right else 'wrong'} answer judged otherwise: {answer}\n"
-            )
-        if done % 5000 == 0:
-            sys.stderr.write(f"{done} of {count} pairs, {wrong} wrong verdicts, {time.perf_counter() - start:.0f} s\n")
-    summary = ", ".join(
-        f"{n} {kind} ({'right' if is_right else 'wrong'})" for (kind, is_right), n in sorted(counts.items())
-    )
-    sys.stdout.write(
-        f"{sum(counts.values())} pairs in {time.perf_counter() - start:.0f} s: {summary}; {wrong} wrong verdicts\n"
-    )
+            print(f"{source}: {kind}, {'right' if is_right else 'wrong'} answer judged otherwise: {answer}", flush=True)
+    summary = ", ".join(f"{number} {kind}" for kind, number in sorted(counts.items()))
+    print(f"{summary}: {wrong} wrong verdicts in {time.perf_counter() - start:.0f} s")
     return 1 if wrong else 0
 
 

@@ -34,7 +34,7 @@ from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import make_arm_record
 from qdot.grader.marking import partial_credit
 from tests.exercises.formula import test_reading as writings
-from tests.support import ROOT
+from tests.support import DATA, ROOT
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem
 from tests.support.programs import require_program
@@ -205,26 +205,11 @@ def _is_set(problem: int, name: str) -> bool:
 
 # --- generating texts ---
 
-SETS = (
-    "0", "det(J) = 0", "theta1 = theta1", "0 = 0", "pi", "{0, pi}", "[0, pi]", "k*pi", "theta2 = k*pi", "theta2 = 0",
-    "theta2 = 0, pi", "theta2 = 0 or theta2 = pi", "theta2 in {0, pi}", "theta2 ∈ {0} ∪ {π}", "sin(theta2) = 0", "s2",
-    "sin(theta2)^2 = 0", "(a1*sin(theta2)^2)^2", "sin(theta2)^-2 = 0",
-    "{theta2: [0, pi]}", "theta2 = n*pi/2", "theta2 = 3.14159", "theta2 = 180 deg",
-    "theta2 = 180°", "theta2 = 0, theta2 = pi, sin(theta1) = 2", "theta2 = 0, theta2 = pi, theta1 = foo",
-    "foo*sin(theta2) = 0", "theta2 = 0, theta2 = 0, theta2 = pi", "theta2 = acos(2)", "theta1 = 0", "theta2 = _n*pi",
-    "theta3 = k*pi", "ImageSet(Lambda(_n, pi*_n), Integers)", "theta2 = 2*k*pi or theta2 = pi + 2*k*pi",
-    "abs(cos(theta2)) = 1", "theta3 = 0, pi", "cos(theta2) = 1, cos(theta2) = -1",
-    "theta1 = theta2 and sin(theta2) = 0", "d2 = 0", "d3 = 0", "theta2 = -pi, 0, pi", "blank", "[0, blank]", "theta2",
-    "det J = 0 => sin(theta2) = 0 => theta2 = 0, pi", "det J = a1*a2*s2 = 0", "theta2 = k*pi, k = 0, ±1, …",
-    "theta2 = 0 theta2 = pi", "theta1 in R, theta2 = 0, pi", "theta2 = k*pi, k = 0, 1", "k = 0, theta2 = k*pi",
-    "θ2 ∈ {kπ | k ∈ ℤ}", "theta2%pi == 0",
-    "(theta1, 0), (theta1, pi)",
-    "(theta2, 0), (theta2, pi)", "all theta1, theta2 = 0 or pi", "theta1 = 0 or theta2 = 0, pi", "[det J = 0]",
-    "theta2 = [0, 180]", "theta2 = 0 and theta1 = 0", "a1 + a2*cos(theta2) = 0", "sqrt(sin(theta2)^2) = 0",
-    "tan(theta2) = 0", "theta2 = k", "hello world", "theta2 = 355/113",
-    "d2 = 0,2 m oder theta2 = 0", "theta2 = 0,180°", "d2 = -0.2 m or theta1 = 0", "theta2 = 0°\ntheta2 = 180°",
-)  # fmt: skip
-"""Answers for the singular configurations of an arm, which are wrong for most arms."""
+TEXTS = json.loads((DATA / "typed_texts.json").read_text(encoding="utf-8"))
+SETS, ANYTHING, MORE, WORDS, STARTS, ENDS = (
+    TEXTS[name] for name in ("sets", "anything", "limits and former differences", "replacements", "starts", "ends")
+)
+"""Sets of configurations, for most arms wrong; answers to any question; limits; and changes in an answer."""
 
 _NEAR_PI = (
     *(f"{turns * math.pi:.{digits}g}" for turns in (1, -1, 3) for digits in range(2, 18)),
@@ -242,45 +227,6 @@ DECIMALS = (
 )  # fmt: skip
 """Values of an angle in decimals and fractions: right, right except for rounding, and wrong."""
 
-ANYTHING = (
-    "0", "1", "-1", "hello world", "a1", "x", "[0, 0]", "[[1, 0], [0, 1]]", "nan", "", " ", "blank", "...", "I",
-    "1/0", "[blank, 1]", "det(J) = 1", "0,5", "2,0", "２,０", "a1²,3", "30 deg", "{qd1: 1, qd2: 2}",
-    "qd1 = 1, qd2 = 2", "qd1=1 qd2=2,5", "qd1 = qd2 = 1", "z0 = z1 = (0, 0, 1)", "J1 = (1, 0), J2 = (0, 1)",
-    "S1 = (0,0,1), S2 = (1,0,0)", "x(q) = a1, y(q) = 0", "det J = J11*J22 - J12*J21 = a1", "0.5 rad / s, 1 m/s",
-    "x = a1 \\\\ y = a2", "|J| = a1 = a2", "J = a1*a2 = 0", "x_P = 1, y_P = 2", "constructor", "toString",
-)  # fmt: skip
-
-MORE = (
-    "１２ a1", "٣*a1", "𝟙a1", "ｓｉｎ（θ１）", "a1 ＋ a2", "1．5", "a1\u2062cos\u2061(θ1)", "a1\u200b*a2", "\ufeffa1",
-    "q1’", "0.3 m ", "a1*2; ", "5 N  m", "5 N m", "5*N*m", "2 cm 3", "[1] cm", "Matrix(1, 0, [])", "Matrix(0, 0, [])",
-    "theta2 ∈ {0, π}", "theta1 = 0 ∧ theta2 = 0", "theta1 = 0 ∨ theta2 = 0", "sin^-1(a1)", "sin^(-1)(a1)",
-    "sinh^-1(a1)", "constructor", "toString(1)", "\\constructor", "__proto__", "hasOwnProperty", "theta1(t).diff(t)",
-    "sin.diff(t)", "1e400", "1e401", "1E-400", "1e+0400", "07.50e1", "(" * 60 + "a1" + ")" * 60,
-    "(" * 61 + "a1" + ")" * 61, "x" * 60, "x" * 61, "\U0001d465" * 60, "\U0001d465" * 61, "2" + "^2" * 60,
-    "2" + "^2" * 61, "{" * 40 + "a_{1}" + "}" * 40, "a1" + " + a1" * 400, "[" + "a1 + " * 450 + "a1, 0]",
-    "+a2-a1" * 420,
-    "theta2 = -45°\ntheta2 = 135°", "d3 = -0.2 m.\n\nsin(theta2) = 0", "theta2 = 0\nor pi", "a1 = a2\n  = 0",
-    "d3 = -0.2 m or theta2 = m*pi", "theta2 = k 180°", "theta2 = (2 m + 1) pi/2", "d3 = -20 cm or theta2 = 0",
-    "theta2 = 2*m*acos(0)", "[(d3 - 0.2 m)*c1, 1/5 m s1 + a1 m]", "P = (a1, a2) m", "0.3 m^2 s1 + 20 cm*a1 + a1 m a2",
-    "a1*PI()/4", "PI(a1)", "POWER(a1; 2)", "mpf('0.5')*a1'", "q1'*2'",
-    "\\[Theta]1[t]", "Subscript[a, 1] Sin[30 Degree]", "=a1\n=a2", "| a1 | a2 |\n|--|--|\n| 0 | |a1| |", "a1 (approx.)",
-    "m*" * 300 + "m", "(" * 50 + "m m" + ")*m" * 50,
-)  # fmt: skip
-"""Texts near a limit, and texts on which the readers once differed."""
-
-WORDS = (
-    ("theta1", "theta2"), ("theta1", "θ₁"), ("sin", "cos"), ("+", "-"), ("*", " "), ("a1", "a2"), ("1", "１"),
-    ("2", "2.0"), ("theta", "q"), ("theta1", "foo"), ("cos(theta1)", "c1"), ("sin(theta2)", "s2"), ("**", "^"),
-    (".", ","), ("theta", "th"), ("theta1", "theta_1"), ("a1", "a_{1}"), ("sin", "np.sin"), ("*", "·"), ("-", "−"),
-    ("0", "0.0"), ("(", "（"),
-)  # fmt: skip
-"""Replacements in an answer."""
-
-ENDS = (" ", ";", ".", " m", " rad/s", " [m]", "; ", " + 0", " + x - x", " m ", "*1", "/1", " + 1e-9", "\n", " N m")
-
-
-STARTS = ("", "", "", "x = ", "det(J) = ", "J = ", "\n", "qd1 = ", "a1 = ", "lambda theta1: ", "Matrix(", "√", "$")
-
 
 def make_query(count: int, seed: str) -> Query:
     """Return `count` texts, and a quarter as many answers, generated from what students write."""
@@ -292,7 +238,7 @@ def make_query(count: int, seed: str) -> Query:
     while len(query.readings) < count:
         text = rng.choice(texts) if rng.integer_below(3) else _combine_words(rng)
         for _ in range(rng.integer_below(3)):
-            text = _replace_some(text, *rng.choice(WORDS), rng)
+            text = _replace_some(text, rng.choice(WORDS), rng)
         for _ in range(rng.integer_below(3)):
             text = mutate(text, rng, TOKENS, max_length=600)
         query.readings.append(
@@ -367,7 +313,7 @@ def _make_answer(rng: Stream) -> Answer:
     if rng.integer_below(12) == 0:
         text = rng.choice(ANYTHING)
     for _ in range(rng.integer_below(3)):
-        text = _replace_some(text, *rng.choice(WORDS), rng)
+        text = _replace_some(text, rng.choice(WORDS), rng)
     if rng.integer_below(4) == 0:
         text = rng.choice(STARTS) + text + rng.choice(ENDS)
     if rng.integer_below(4) == 0:
@@ -375,8 +321,9 @@ def _make_answer(rng: Stream) -> Answer:
     return (k, part.name, text)
 
 
-def _replace_some(text: str, old: str, new: str, rng: Stream) -> str:
-    """Replace one text by another, everywhere or in one place."""
+def _replace_some(text: str, pair: Sequence[str], rng: Stream) -> str:
+    """Replace one text of a pair by the other, everywhere or in one place."""
+    old, new = pair
     places = text.count(old)
     if places == 0 or rng.integer_below(2):
         return text.replace(old, new)

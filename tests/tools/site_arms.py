@@ -23,14 +23,15 @@ from qdot.exercises.site.robots import ZERO_VECTOR, make_tables_json
 from tests.support import ROOT
 
 TARGET = ROOT / "site" / "tests" / "arms.json"
-RANDOM_ARM_COUNT = 40
 Table = dict[str, Any]
 
 
 def arms_text() -> str:
     """Return the file's text, with one arm on each line."""
     robots = json.loads(make_tables_json())
-    tables = [*robots["plain"], *robots["robots"], *map(_make_random_table, range(RANDOM_ARM_COUNT))]
+    stored = (case["table"] for case in json.loads(TARGET.read_text(encoding="utf-8")))
+    drawn = (table for table in stored if table["name"].startswith("drawn"))  # random, of two to seven joints
+    tables = [*robots["plain"], *robots["robots"], *drawn]
     cases = [json.dumps(_case(table, f"arm/{i}"), ensure_ascii=False) for i, table in enumerate(tables)]
     return "[\n" + ",\n".join(cases) + "\n]\n"
 
@@ -122,44 +123,6 @@ def toml_text(table: Table) -> str:
     for row in table["rows"]:
         lines += ["", "[[joint]]", *(f'{key} = "{row[key]}"' for key in ("kind", *ENTRY_KEYS))]
     return "\n".join(lines) + "\n"
-
-
-def _make_random_table(seed: int) -> Table:
-    """Return the table of a random arm of two to seven joints."""
-    stream = Stream(f"site/arms/{seed}")
-
-    def choose(*choices: str) -> str:
-        return choices[stream.integer_below(len(choices))]
-
-    def length() -> str:
-        return choose("0", "0", f"{stream.uniform(-0.5, 0.9):.3f}", "1/3", "sqrt(2)/4", "0.3 + 0.1", "3/8 - 0.05")
-
-    in_degrees = stream.integer_below(2) == 0
-
-    def angle() -> str:
-        if in_degrees:
-            return choose("0", "90", "-90", "180", "45", f"{stream.uniform(-170, 170):.1f}", "-37.5", "180/7")
-        return choose("0", "pi/2", "-pi/2", "pi", "pi/4", "2*pi/5", "-0.4", "pi/2 - 0.1", "atan2(1, 2)", "acos(1/3)")
-
-    def moving(i: int, rest: str) -> str:
-        sign = choose("", "", "-")
-        return f"{sign}q{i}" if rest == "0" else f"{sign}q{i} {'- ' if rest[0] == '-' else '+ '}{rest.lstrip('-')}"
-
-    rows = []
-    for i in range(1, 3 + stream.integer_below(6)):
-        row = {"kind": choose("R", "R", "R", "P"), "theta": angle(), "d": length(), "a": length(), "alpha": angle()}
-        variable = "theta" if row["kind"] == "R" else "d"
-        rows.append({**row, variable: moving(i, row[variable])})
-    return {
-        "name": f'drawn "{seed}"',
-        "convention": choose("dh", "modified-dh"),
-        "angles": "degrees" if in_degrees else "radians",
-        "rows": rows,
-        "tool": [length(), length(), length()],
-        "place": [length(), length(), length()],
-        "turn": [angle(), angle(), angle()] if stream.integer_below(2) else ZERO_VECTOR,
-        "task": None,
-    }
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ The files in site/tests contain:
 - corpus.json: the checked answers of corpus.jsonl with keys
 - readings.json: texts with trees, and answers with outcomes (`readers`)
 - forms.json: the texts of tests/data/forms.jsonl in the same form
-- slips.json: mistakes in right answers (`site_slips`)
+- slips.json: mistakes in right answers, whose keys alone are written anew
 - notebook.json: a student's notebook, and which of all these answers `qdot check` can read
 """
 
@@ -20,16 +20,16 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import ParseError, as_matrix, find_names, format_tree
+from qdot.exercises.generation import generate
 from qdot.exercises.notebook.notebook import NotebookContent, make_notebook_metadata, make_student_notebook
-from qdot.exercises.site.keys import make_values_key
-from qdot.exercises.site.record import make_arm_record
+from qdot.exercises.site.keys import make_key, make_values_key
+from qdot.exercises.site.record import MistakeSentences, make_arm_record
 from qdot.grader.grading.check import find_claimed_form, is_readable
 from qdot.grader.judging.compare_command import compare
 from tests.grader.judging.test_forms import TEXTS, part_of, problem
 from tests.support import ROOT
 from tests.tools.fuzz import SYMBOL_SETS
 from tests.tools.readers import judge_answer, judge_part, make_stored_query, part_json, problems, tree_text
-from tests.tools.site_slips import slips_text
 
 TARGET = ROOT / "site" / "tests" / "corpus.json"
 FORMS = ROOT / "site" / "tests" / "forms.json"
@@ -83,6 +83,21 @@ def forms_text() -> str:
     }
     lists: dict[str, list[Any]] = {"symbols": [], "readings": [], "problems": [stored], "answers": answers}
     return "{\n" + ",\n".join(f"{json.dumps(name)}: [\n{_lines(rows)}\n]" for name, rows in lists.items()) + "\n}\n"
+
+
+def slips_text() -> str:
+    """Return the file's text: mistakes in right answers, singly and in pairs, with current keys, a problem a line."""
+    cases = map(_renew_keys, json.loads(SLIPS.read_text(encoding="utf-8")))
+    return "[\n" + ",\n".join(map(json.dumps, cases)) + "\n]\n"
+
+
+def _renew_keys(case: dict[str, Any]) -> dict[str, Any]:
+    stored_problem, sentences, parts = generate(case["id"]), MistakeSentences(), []
+    for stored_part in case["parts"]:
+        part = stored_problem[stored_part["name"]]
+        key = sentences.shorten_key(make_key(stored_problem, part))
+        parts.append(part_json(stored_problem, part) | {"key": key})
+    return case | {"robot": make_arm_record(stored_problem)["robot"], "parts": parts, "said": sentences.rows}
 
 
 def notebook_text() -> str:

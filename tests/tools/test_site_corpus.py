@@ -20,8 +20,8 @@ from tests.tools.site_corpus import (
     forms_text,
     notebook_text,
     records,
+    slips_text,
 )
-from tests.tools.site_slips import slips_text
 
 STEP = select_for_suite(9, 1)
 """One of this many cases is checked."""
