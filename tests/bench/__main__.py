@@ -112,7 +112,7 @@ def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
         return
     taken = []
     for size in (1, 4):
-        assignment = peers.a_class(folder / f"peer{size}", size)
+        assignment = a_class(folder / f"peer{size}", size)
         place = folder / f"nbgrader{size}"
         taken.append(peers.nbgrader(assignment, place, PYTHON_OF_NBGRADER))
     yield Figure(what, each, beside, (taken[1] - taken[0]) / 3, goal, is_least=True)

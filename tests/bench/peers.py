@@ -10,21 +10,12 @@ from typing import Any
 import nbformat
 from nbformat.v4 import new_code_cell
 
-from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release_notebooks
-from qdot.exercises.assignment.store import load_stored_problems
+from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.exercises.reference_answers import Expression, Matrix
-from qdot.grader.cli.demo import fill_in_answers
-from qdot.grader.grading.certify import CERTIFIER
 
 from .clock import processor_time
 
-SLOT = """
-[[problem]]
-family = "planar-2r"
-questions = ["position", "jacobian", "determinant", "inverse-velocity", "singular-angles"]
-"""
 COMPARE = """
 import random as _random
 def same(mine, right):
@@ -36,28 +27,9 @@ def same(mine, right):
 """
 
 
-def a_class(folder: Path, size: int) -> Assignment:
-    """Make a class, and submit the solutions."""
-    students = [Student(f"s{number:02d}") for number in range(size)]
-    init_assignment(folder, "Bench", "bench", students, "a secret that is long enough")
-    file = folder / "assignment.toml"
-    file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
-    assignment = load_assignment(folder)
-    release_notebooks(assignment, CERTIFIER, 2, lambda _: None)
-    for student in students:
-        target = folder / "submitted" / student.id / "bench.ipynb"
-        target.parent.mkdir(parents=True)
-        text = (folder / "released" / student.id / "bench.ipynb").read_text("utf-8")
-        target.write_text(
-            fill_in_answers(text, load_stored_problems(assignment, student.id).problems, lambda code, _: code),
-            encoding="utf-8",
-        )
-    return assignment
-
-
 def checks(assignment: Assignment) -> dict[str, str]:
     """Return a line of code for each answer that fails where it is wrong."""
-    ((slot, problem),) = assignment.generate_problems("s00")
+    ((slot, problem),) = assignment.generate_problems(assignment.roster[0].id)
     found = {}
     for part in problem.parts:
         name = name_answer_variable(slot, part.name)
@@ -69,7 +41,7 @@ def checks(assignment: Assignment) -> dict[str, str]:
 
 
 def one_notebook(assignment: Assignment, kind: str) -> Any:
-    return nbformat.read(assignment.folder / kind / "s00" / "bench.ipynb", as_version=4)
+    return nbformat.read(assignment.folder / kind / assignment.roster[0].id / "bench.ipynb", as_version=4)
 
 
 # --- nbgrader ---

@@ -1,11 +1,12 @@
 """Assignments for the real programs: ready-made sets, one on a PUMA, one with all questions, one on a textbook arm."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
-from qdot.exercises.exports.export_format import ExportRequest
+from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.generation import list_applicable_questions, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
@@ -75,3 +76,13 @@ def _write_problem(family: str, questions: list[str], gallery_name: str = "") ->
     quoted_names = ", ".join(f'"{name}"' for name in questions)
     variation = 'variation = "chapter"\n' if gallery_name in CHAPTER_ARMS else ""
     return f'[[problem]]\nfamily = "{family}"\n{variation}questions = [{quoted_names}]\n'
+
+
+def write_files(files: Iterable[ExportedFile], folder: Path) -> list[Path]:
+    """Write exported files into a folder, and return their paths."""
+    paths = []
+    for file in files:
+        paths.append(folder / file.path)
+        paths[-1].parent.mkdir(parents=True, exist_ok=True)
+        paths[-1].write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    return paths

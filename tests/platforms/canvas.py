@@ -15,8 +15,8 @@ from qdot.exercises.exports.platform_markup import find_pictures, format_decimal
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.typed_numbers import list_accepted_texts
 from qdot.exercises.reference_answers import LETTERS
-from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
-from tests.platforms.records import Counts, Record, today
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request, write_files
+from tests.platforms.records import Counts, Record, describe_checkout, today
 
 PYTHON = Path(__file__).parents[2] / ".venvs/readers/bin/python"
 OPTIONS = ("--ucvars", "--nogui", "--overwrite")
@@ -34,9 +34,8 @@ def run(software: Path, work: Path) -> Record:
     counts = Counts()
     for kind, variants in ((EVERYTHING, 1), (PLAIN, 3)):
         request = make_request(work / kind, kind, variants)
-        file, _ = EXPORT_FORMATS["canvas"].export(request)
-        archive, converted = work / f"{kind}.zip", work / f"{kind}-converted"
-        archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+        archive, _ = write_files(EXPORT_FORMATS["canvas"].export(request), work / f"{kind}-exported")
+        converted = work / f"{kind}-converted"
         with zipfile.ZipFile(archive) as opened:
             opened.extractall(work / f"{kind}-package")
         command = [PYTHON, software / "migrate.py", *OPTIONS, f"--cpout={converted}", work / f"{kind}-package"]
@@ -46,8 +45,9 @@ def run(software: Path, work: Path) -> Record:
             counts.add("no other warnings", not line or EXPECTED_WARNINGS.match(line) is not None, line)
         for item in make_items(request):
             _check_item(item, f"{request.assignment.key}-{item.key}", converted, counts)
-    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record("canvas", f"Instructure's QTIMigrationTool of {version.stdout.strip()}", today(), counts.freeze())
+    return Record(
+        "canvas", f"Instructure's QTIMigrationTool of {describe_checkout(software)}", today(), counts.freeze()
+    )
 
 
 def _check_item(item: QuizItem, ident: str, converted: Path, counts: Counts) -> None:

@@ -16,11 +16,7 @@ from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.exports.nbgrader import list_parts
 from qdot.grader.reports.part_rows import make_part_rows
 from tests.platforms.notebooks import (
-    BLANK,
     KEY,
-    MISTAKEN,
-    RIGHT,
-    WRONG,
     QdotGrading,
     compare_marks,
     export_into,
@@ -47,7 +43,7 @@ TEST_FIELDS = {
 
 def run(software: Path, work: Path) -> Record:
     """Set up the autograder once, and run it on each student's upload."""
-    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    assignment, counts = make_class_assignment(work / KEY), Counts()
     folder = export_into(assignment, "gradescope", work / "exported")
     container = _Container(software, work / "root")
     container.build(folder / "autograder.zip")

@@ -1,7 +1,6 @@
 """A JupyterLab server, started from an environment in a folder on a free port."""
 
 import os
-import socket
 import subprocess
 import time
 import urllib.request
@@ -9,6 +8,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from urllib.error import URLError
+
+from tests.support.running_service import find_free_port
 
 TOKEN = "token-of-the-run"
 PATIENCE = 120
@@ -26,9 +27,7 @@ def make_environment(software: Path, home: Path) -> dict[str, str]:
 @contextmanager
 def serve_jupyterlab(software: Path, folder: Path, home: Path) -> Iterator[str]:
     """Yield the address of a JupyterLab that runs in a folder; requests need the token."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = find_free_port()
     command: list[str | Path] = [
         software / "bin" / "jupyter-lab", "--no-browser", "--allow-root", f"--port={port}",
         f"--IdentityProvider.token={TOKEN}",

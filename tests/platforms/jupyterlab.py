@@ -11,18 +11,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.short_questions import question_of
 from tests.platforms.jupyter import TOKEN, make_environment, serve_jupyterlab
-from tests.platforms.notebooks import (
-    BLANK,
-    KEY,
-    MISTAKEN,
-    RIGHT,
-    WRONG,
-    QdotGrading,
-    fill_in_answers,
-    make_class_assignment,
-)
+from tests.platforms.notebooks import BLANK, KEY, RIGHT, QdotGrading, fill_in_answers, make_class_assignment
 from tests.platforms.records import Counts, Record, today
 from tests.support.command import run as qdot
 
@@ -33,19 +25,23 @@ SETTINGS = ".jupyter/lab/user-settings/@jupyterlab/notebook-extension/tracker.ju
 
 def run(software: Path, work: Path) -> Record:
     """Open each student's notebook, run it, save it, and grade the saved file."""
-    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
-    qdot("generate", assignment.folder)
-    students = [student.id for student in assignment.roster]
+    assignment, counts = make_class_assignment(work / KEY), Counts()
     lab = work / "lab"
-    for student in students:
-        text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
-        (lab / student).mkdir(parents=True)
-        (lab / student / f"{KEY}.ipynb").write_text(fill_in_answers(assignment, student, text), encoding="utf-8")
-    notebooks = [f"{student}/{KEY}.ipynb" for student in students]
-    for student, cells in zip(students, run_notebooks(software, lab, work, notebooks), strict=True):
-        grading = QdotGrading(assignment, student, lab / student / f"{KEY}.ipynb")
-        check_notebook(grading, cells, counts)
+    notebooks = write_submissions(assignment, lab)
+    for name, cells in zip(notebooks, run_notebooks(software, lab, work, notebooks), strict=True):
+        check_notebook(QdotGrading(assignment, name.split("/")[0], lab / name), cells, counts)
     return Record("generate", f"{get_version(software)}, in Chromium", today(), counts.freeze())
+
+
+def write_submissions(assignment: Assignment, folder: Path) -> list[str]:
+    """Write the notebooks of all students with their answers into a folder; return their paths in it."""
+    qdot("generate", assignment.folder)
+    names = [f"{student.id}/{KEY}.ipynb" for student in assignment.roster]
+    for name in names:
+        text = (assignment.folder / "released" / name).read_text(encoding="utf-8")
+        (folder / name).parent.mkdir(parents=True)
+        (folder / name).write_text(fill_in_answers(assignment, name.split("/")[0], text), encoding="utf-8")
+    return names
 
 
 def get_version(software: Path) -> str:

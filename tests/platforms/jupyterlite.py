@@ -18,20 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from tests.platforms.jupyter import make_environment
-from tests.platforms.jupyterlab import check_notebook, run_in_browser
-from tests.platforms.notebooks import (
-    BLANK,
-    KEY,
-    MISTAKEN,
-    RIGHT,
-    WRONG,
-    QdotGrading,
-    fill_in_answers,
-    make_class_assignment,
-)
+from tests.platforms.jupyterlab import check_notebook, run_in_browser, write_submissions
+from tests.platforms.notebooks import KEY, QdotGrading, make_class_assignment
 from tests.platforms.pyodide import find_missing_files
 from tests.platforms.records import Counts, Record, today
-from tests.support.command import run as qdot
 
 KERNEL = "@jupyterlite/pyodide-kernel-extension:kernel"
 SETTINGS = {"@jupyterlab/notebook-extension:tracker": {"windowingMode": "none"}}
@@ -43,23 +33,17 @@ def run(software: Path, work: Path) -> Record:
     missing_files = find_missing_files(software / "pyodide")
     if missing_files:  # the kernel would wait for them silently
         raise RuntimeError(f"{software / 'pyodide'} lacks files that its lock file names: {', '.join(missing_files)}")
-    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
-    qdot("generate", assignment.folder)
-    students = [student.id for student in assignment.roster]
+    assignment, counts = make_class_assignment(work / KEY), Counts()
     contents, downloads = work / "contents", work / "downloads"
-    for student in students:
-        text = (assignment.folder / "released" / student / f"{KEY}.ipynb").read_text(encoding="utf-8")
-        for folder in (contents / student, downloads / student):
-            folder.mkdir(parents=True)
-        (contents / student / f"{KEY}.ipynb").write_text(fill_in_answers(assignment, student, text), encoding="utf-8")
+    notebooks = write_submissions(assignment, contents)
+    for name in notebooks:
+        (downloads / name).parent.mkdir(parents=True)
     (software / "pictures").mkdir(exist_ok=True)
     with serve_folder(_build_site(software, contents, work)) as address:
         page = f"{address}/lab/index.html?path={{name}}"
-        displayed = run_in_browser(
-            software, work, page, str(downloads), [f"{student}/{KEY}.ipynb" for student in students]
-        )
-    for student, cells in zip(students, displayed, strict=True):
-        check_notebook(QdotGrading(assignment, student, downloads / student / f"{KEY}.ipynb"), cells, counts)
+        displayed = run_in_browser(software, work, page, str(downloads), notebooks)
+    for name, cells in zip(notebooks, displayed, strict=True):
+        check_notebook(QdotGrading(assignment, name.split("/")[0], downloads / name), cells, counts)
     return Record("generate", f"{_describe_versions(software)}, in Chromium", today(), counts.freeze())
 
 

@@ -19,7 +19,6 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.common.input_file import format_csv
-from qdot.exercises.exports.export_format import ExportedFile
 from qdot.exercises.exports.items import (
     ChoiceForm,
     MatchingForm,
@@ -31,7 +30,7 @@ from qdot.exercises.exports.items import (
 )
 from qdot.exercises.exports.moodle import NONZERO_WEIGHT, ZERO_WEIGHT, export_moodle
 from qdot.exercises.exports.platform_markup import format_decimal
-from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request, write_files
 from tests.platforms.records import Counts, Record, today
 from tests.platforms.typed_answers import NUMBERS_READ_BY_MOODLE, write_numbers
 from tests.support.submitting import make_class, make_correct_notebook, submit
@@ -74,7 +73,7 @@ def run(software: Path, work: Path) -> Record:
     for kind, variants in VARIANTS.items():
         request = make_request(work / kind, kind, variants)
         items = list(chain.from_iterable(group_items(make_items(request), request.report).values()))
-        bank, quiz = [_write_file(work, file) for file in export_moodle(request)]
+        bank, quiz = write_files(export_moodle(request), work)
         answers = {item.title: list(make_answers(item)) for item in items}
         answer_requests = {
             name: [answer.make_request() for answer in item_answers] for name, item_answers in answers.items()
@@ -89,12 +88,6 @@ def run(software: Path, work: Path) -> Record:
     _check_gradebook(counts, software, work / "graded")
     _check_handing_out_and_return(counts, software, work / "returned")
     return Record("moodle", software_name, today(), counts.freeze())
-
-
-def _write_file(work: Path, file: ExportedFile) -> Path:
-    path = work / file.path
-    path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
-    return path
 
 
 def call_moodle(software: Path, script: Path = QUIZ_SCRIPT, **request: object) -> Json:

@@ -15,7 +15,7 @@ from qdot.exercises.exports.common_cartridge import export_common_cartridge
 from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberForm, QuizItem, group_items, make_items
 from qdot.exercises.exports.platform_markup import find_pictures, name_picture_file
 from qdot.exercises.exports.typed_numbers import list_accepted_texts
-from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request, write_files
 from tests.platforms.moodle import call_moodle
 from tests.platforms.records import Counts, Record, today
 
@@ -32,12 +32,8 @@ def run(software: Path, work: Path) -> Record:
         request = make_request(work / kind, kind, variants)
         all_items = [item.single_number_item or item for item in make_items(request)]
         items = [item for item in all_items if not isinstance(item.form, MatchingForm)]
-        paths = {}
-        for file in list(export_common_cartridge(request))[: 1 + BANK_COUNT]:
-            paths[file.path] = work / kind / Path(file.path).name
-            assert isinstance(file.content, bytes)
-            paths[file.path].write_bytes(file.content)
-        responses = [call_moodle(software, SCRIPT, cartridge=str(path)) for path in paths.values()]
+        paths = write_files(list(export_common_cartridge(request))[: 1 + BANK_COUNT], work / kind)
+        responses = [call_moodle(software, SCRIPT, cartridge=str(path)) for path in paths]
         software_name = responses[0]["software"]
         quizzes, *banks = responses
         groups = list(group_items(items, lambda _: None).values())

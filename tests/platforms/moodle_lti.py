@@ -10,7 +10,6 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -24,13 +23,15 @@ from typing import Any
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.writing.problem_texts import write_answer_code
+from tests.platforms.moodle import call_moodle
 from tests.platforms.moodle_scorm import _serve_moodle
 from tests.platforms.records import Counts, Record, today
+from tests.support.running_service import find_free_port
 from tests.support.submitting import make_correct_notebook
 
 Json = dict[str, Any]
 
-HERE = Path(__file__)
+SCRIPT = Path(__file__).with_suffix(".php")
 STUDENTS = (Student("ada", "Ada", "ada@example.org"), Student("bo", "Bo", "bo@example.org"), Student("cy", "Cy"))
 """Ada answers in the browser, Bo uploads a notebook, and Cy, who is matched by identifier only, has an extension."""
 SETTINGS = """title = "Velocity kinematics"
@@ -53,7 +54,7 @@ def run(software: Path, work: Path) -> Record:
         for is_dynamic in (True, False):
             way = "dynamic registration" if is_dynamic else "registration by hand"
             emails = {student.id: student.email or "cy2@example.org" for student in STUDENTS}
-            setup = _call_moodle(software, action="make course", people={"grace": "grace@example.org", **emails})
+            setup = call_moodle(software, SCRIPT, action="make course", people={"grace": "grace@example.org", **emails})
             with _serve_moodle(software, setup["root"]):
                 registration, number = _register(software, folder, tool, setup["root"], is_dynamic)
                 request = {
@@ -92,7 +93,7 @@ def _register(software: Path, folder: Path, tool: str, root: str, is_dynamic: bo
         "tool": f"{tool}/", "keys": f"{tool}/lti/keys", "redirect": f"{tool}/lti/launch",
         "login": f"{tool}/lti/login{addresses['/lti/login']}",
     }  # fmt: skip
-    added = _call_moodle(software, action="add tool", addresses=pasted)
+    added = call_moodle(software, SCRIPT, action="add tool", addresses=pasted)
     _call_qdot(*command, "--client-id", added["client"])
     return "", int(added["tool"])
 
@@ -102,20 +103,9 @@ def _call_qdot(*arguments: str) -> str:
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
 
-def _call_moodle(software: Path, **request: object) -> Json:
-    """Send a request to moodle_lti.php, and return its answer."""
-    command = ["php", "-d", "max_input_vars=5000", str(HERE.with_suffix(".php"))]
-    text = json.dumps({"config": str(software / "config.php"), **request})
-    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(done.stderr + done.stdout[-3000:])
-    answer: Json = json.loads(done.stdout[done.stdout.index("{") :])
-    return answer
-
-
 def _run_browser(request: Json) -> list[tuple[str, bool, str]]:
     """Let the people of a course work in their browsers; return the checks that moodle_lti.mjs made."""
-    command: list[str | Path] = [shutil.which("node") or "node", HERE.with_suffix(".mjs")]
+    command: list[str | Path] = [shutil.which("node") or "node", SCRIPT.with_suffix(".mjs")]
     done = subprocess.run(command, input=json.dumps(request), capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:] + done.stdout[-3000:])
@@ -126,9 +116,7 @@ def _run_browser(request: Json) -> list[tuple[str, bool, str]]:
 @contextmanager
 def _serve_class(folder: Path) -> Iterator[str]:
     """Run `qdot serve` on a free port, and yield its address."""
-    with socket.socket() as server:
-        server.bind(("127.0.0.1", 0))
-        port = server.getsockname()[1]
+    port = find_free_port()
     url = f"http://127.0.0.1:{port}"
     command = [sys.executable, "-m", "qdot.grader.cli.main", "serve", str(folder), "--port", str(port), "--url", url]
     with (folder / "service.log").open("w") as log:

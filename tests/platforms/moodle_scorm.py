@@ -19,12 +19,13 @@ from urllib.parse import urlsplit
 from zipfile import ZipFile
 
 from qdot.exercises.exports.registry import EXPORT_FORMATS
-from tests.platforms.assignments import PLAIN, make_request
+from tests.platforms.assignments import PLAIN, make_request, write_files
+from tests.platforms.moodle import call_moodle
 from tests.platforms.records import Counts, Record, today
 
 Json = dict[str, Any]
 
-HERE = Path(__file__)
+SCRIPT = Path(__file__).with_suffix(".php")
 VARIANTS = 6
 """Number of variants of each problem; so many that two students get the same arms in only one of a thousand runs."""
 STUDENTS = ("ada", "henri")
@@ -35,19 +36,18 @@ def run(software: Path, work: Path) -> Record:
     """Export a ready-made set, add both of its packages to a course, and have two students answer them."""
     counts, packages = Counts(), work / "packages"
     files = {}
-    for file in EXPORT_FORMATS["scorm"].export(make_request(work / PLAIN, PLAIN, VARIANTS)):
-        name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
-        archive = work / f"{name}.zip"
-        archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    exported_files = EXPORT_FORMATS["scorm"].export(make_request(work / PLAIN, PLAIN, VARIANTS))
+    for archive in write_files(exported_files, work / "exported"):
+        name = archive.stem.removeprefix(f"{PLAIN}-")
         with ZipFile(archive) as package:
             package.extractall(packages / name)
         files[name] = str(archive)
-    setup = _call_moodle(software, packages=files, students=STUDENTS)
+    setup = call_moodle(software, SCRIPT, packages=files, students=STUDENTS)
     for name, activity in setup["activities"].items():
         counts.add("imported", activity["units"] == 1, f"{name}: {activity}")
     with _serve_moodle(software, setup["root"]):
         visits = _run_browser(packages, setup)
-    marks = _call_moodle(software, course=setup["course"])["marks"]
+    marks = call_moodle(software, SCRIPT, course=setup["course"])["marks"]
     for student, student_visits in visits.items():
         for name, visit in student_visits.items():
             who, number = f"{student}, {name}", len(visit["items"])
@@ -63,21 +63,10 @@ def run(software: Path, work: Path) -> Record:
     return Record("scorm", f"{setup['software']}, its player in Chromium", today(), counts.freeze())
 
 
-def _call_moodle(software: Path, **request: object) -> Json:
-    """Send a request to moodle_scorm.php, and return its answer."""
-    command = ["php", "-d", "max_input_vars=5000", str(HERE.with_suffix(".php"))]
-    text = json.dumps({"config": str(software / "config.php"), **request})
-    done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(done.stderr + done.stdout[-3000:])
-    answer: Json = json.loads(done.stdout[done.stdout.index("{") :])
-    return answer
-
-
 def _run_browser(packages: Path, setup: Json) -> Json:
     """Answer the packages in the students' browsers; return what moodle_scorm_page.mjs saw."""
     setup_part = {key: setup[key] for key in ("root", "students", "activities")}
-    command: list[str | Path] = [shutil.which("node") or "node", HERE.with_name("moodle_scorm_page.mjs")]
+    command: list[str | Path] = [shutil.which("node") or "node", SCRIPT.with_name("moodle_scorm_page.mjs")]
     text = json.dumps({"folder": str(packages), **setup_part})
     done = subprocess.run(command, input=text, capture_output=True, text=True, check=False)
     if done.returncode:

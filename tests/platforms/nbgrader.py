@@ -43,7 +43,7 @@ NAME_PATTERN = r".*_(?P<student_id>\w+)_attempt_(?P<timestamp>[0-9\-]+)_(?P<file
 
 def run(software: Path, work: Path) -> Record:
     """Run nbgrader's commands for a class, from generate_assignment to feedback, and open the formgrader."""
-    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    assignment, counts = make_class_assignment(work / KEY), Counts()
     course = _Course(software, work, export_into(assignment, "nbgrader", work / "course"))
     (wheel,) = course.folder.glob("*.whl")
     install(software, wheel)

@@ -16,8 +16,8 @@ from qdot.exercises.exports.items import ChoiceForm, MatchingForm, NumberField, 
 from qdot.exercises.exports.platform_markup import format_decimal
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.reference_answers import LETTERS
-from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
-from tests.platforms.records import Counts, Record, today
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request, write_files
+from tests.platforms.records import Counts, Record, describe_checkout, today
 
 SCRIPT = Path(__file__).with_name("new_quizzes.rb")
 WRONG_FACTORS = (-1.0, 0.9, 1.1, 10.0)
@@ -28,10 +28,8 @@ def run(software: Path, work: Path) -> Record:
     counts = Counts()
     for kind, variants in ((EVERYTHING, 1), (PLAIN, 2)):
         request = make_request(work / kind, kind, variants)
-        _, file = EXPORT_FORMATS["canvas"].export(request)
-        assert isinstance(file.content, bytes)
-        (work / f"{kind}.zip").write_bytes(file.content)
-        with zipfile.ZipFile(work / f"{kind}.zip") as opened:
+        _, archive = write_files(EXPORT_FORMATS["canvas"].export(request), work / f"{kind}-exported")
+        with zipfile.ZipFile(archive) as opened:
             opened.extractall(work / f"{kind}-package")
         command = ["ruby", "-I", software / "lib", SCRIPT, work / f"{kind}-package"]
         done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=True)
@@ -43,10 +41,8 @@ def run(software: Path, work: Path) -> Record:
             )
             if ident in imported and not imported[ident].get("error"):
                 _check_question(item, ident, imported[ident], counts)
-    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record(
-        "canvas", f"Instructure's gem qti of {version.stdout.strip()}, for New Quizzes", today(), counts.freeze()
-    )
+    name = f"Instructure's gem qti of {describe_checkout(software)}, for New Quizzes"
+    return Record("canvas", name, today(), counts.freeze())
 
 
 def _check_question(item: QuizItem, ident: str, question: dict[str, Any], counts: Counts) -> None:

@@ -3,7 +3,7 @@
 import json
 import shutil
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -25,7 +25,7 @@ from qdot.grader.grading.certify import find_failures
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import find_student_files
-from tests.platforms.assignments import SECRET
+from tests.platforms.assignments import SECRET, write_files
 from tests.platforms.records import Counts
 from tests.support.gallery import GALLERY, GALLERY_FOLDER
 
@@ -37,7 +37,7 @@ KEY = "arms"
 TOLERANCE = 1e-6
 
 
-def make_class_assignment(folder: Path, *students: str) -> Assignment:
+def make_class_assignment(folder: Path, students: Iterable[str] = (RIGHT, WRONG, MISTAKEN, BLANK)) -> Assignment:
     """Make an assignment with a ready-made set and custom questions, for students named by what they submit."""
     roster = [Student(name, f"{name.title()} <Student>", f"{name}@example.org") for name in students]
     init_assignment(folder, "Arms & <signs>", KEY, roster, SECRET, problem_set=SETS[DEFAULT_SET])
@@ -50,10 +50,7 @@ def make_class_assignment(folder: Path, *students: str) -> Assignment:
 
 def export_into(assignment: Assignment, export_format: str, folder: Path) -> Path:
     """Export an assignment into a folder, and return the folder."""
-    for file in EXPORT_FORMATS[export_format].export(ExportRequest(assignment, find_failures)):
-        path = folder / file.path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    write_files(EXPORT_FORMATS[export_format].export(ExportRequest(assignment, find_failures)), folder)
     return folder
 
 

@@ -13,11 +13,7 @@ from typing import Any
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.grader.reports.part_rows import make_part_rows
 from tests.platforms.notebooks import (
-    BLANK,
     KEY,
-    MISTAKEN,
-    RIGHT,
-    WRONG,
     QdotGrading,
     compare_marks,
     export_into,
@@ -30,7 +26,7 @@ from tests.platforms.records import Counts, Record, today
 
 def run(software: Path, work: Path) -> Record:
     """Make the autograder, and mark every student's notebook with it."""
-    assignment, counts = make_class_assignment(work / KEY, RIGHT, WRONG, MISTAKEN, BLANK), Counts()
+    assignment, counts = make_class_assignment(work / KEY), Counts()
     folder = export_into(assignment, "otter", work / "exported")
     (wheel,) = folder.glob("*.whl")
     install(software, wheel)

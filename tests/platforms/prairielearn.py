@@ -10,7 +10,6 @@ import os
 import re
 import secrets
 import signal
-import socket
 import subprocess
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -40,9 +39,10 @@ from qdot.exercises.reference_answers.formulas import bracket_rows
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.singularities.singular_set import Component
 from qdot.grader.marking.marking import MarkingRules, mark
-from tests.platforms.assignments import EVERYTHING, make_request
-from tests.platforms.records import Counts, Record, today
+from tests.platforms.assignments import EVERYTHING, make_request, write_files
+from tests.platforms.records import Counts, Record, describe_checkout, today
 from tests.support.prairielearn_forms import fill_form, leave_blank
+from tests.support.running_service import find_free_port
 
 Data = dict[str, Any]
 APP = "apps/prairielearn"
@@ -61,10 +61,7 @@ def run(software: Path, work: Path) -> Record:
     """Load an export as a course; Ada answers everything in the homework, Henri takes the exam."""
     request = make_request(work / "assignment", EVERYTHING)
     course = work / "course"
-    for file in EXPORT_FORMATS["prairielearn"].export(request):
-        path = course / file.path
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(str(file.content), encoding="utf-8")
+    write_files(EXPORT_FORMATS["prairielearn"].export(request), course)
     counts = Counts()
     variants = list(iterate_bank(request))
     with run_server(software, course, work) as site:
@@ -76,13 +73,8 @@ def run(software: Path, work: Path) -> Record:
         for variant, question in zip(variants, henri.begin_assessment("Exam"), strict=True):
             _answer_exam_question(question, variant, request, counts)
         _check_totals(site, variants, counts)
-    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record(
-        "prairielearn",
-        f"a complete PrairieLearn server of {version.stdout.strip()}, over HTTP",
-        today(),
-        counts.freeze(),
-    )
+    name = f"a complete PrairieLearn server of {describe_checkout(software)}, over HTTP"
+    return Record("prairielearn", name, today(), counts.freeze())
 
 
 # --- the server and its visitors ---
@@ -174,9 +166,7 @@ def find_csrf_token(page: str) -> str:
 @contextmanager
 def run_server(software: Path, course: Path, work: Path) -> Iterator[Site]:
     """Run PrairieLearn on a free port with a database of its own and one course."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = str(free.getsockname()[1])
+    port = str(find_free_port())
     database = f"qdot_{secrets.token_hex(4)}"
     redis = os.environ.get("REDIS_URL", "redis://127.0.0.1:6379/")
     settings = {
@@ -344,13 +334,10 @@ class Question:
 
     def submit(self, page: str, form: Data) -> tuple[Data, str]:
         """Submit the form of a page; return the row of the submission, and the page that follows."""
-        hidden_fields = {
-            "__action": "grade",
-            "__variant_id": self.fetch_variant()["id"],
-            "__csrf_token": find_csrf_token(page),
-        }
+        variant = self.fetch_variant()["id"]
+        hidden_fields = {"__action": "grade", "__variant_id": variant, "__csrf_token": find_csrf_token(page)}
         page = self.student.post(self.path, {**hidden_fields, **form})
-        query = f"SELECT * FROM submissions WHERE variant_id = {hidden_fields['__variant_id']} ORDER BY id DESC LIMIT 1"
+        query = f"SELECT * FROM submissions WHERE variant_id = {variant} ORDER BY id DESC LIMIT 1"
         return self.student.site.query_row(query), page
 
 
@@ -373,9 +360,8 @@ def _answer_homework_question(question: Question, variant: Variant, request: Exp
     counts.add("nothing costs no attempt", costs_no_attempt, name)
     for texts in iterate_right_answers(problem):
         page = _submit(question, page, problem, request, texts, counts, "right = full")
-    counts.add(
-        "points as ours", abs(question.fetch_points() - problem.max_points) < 1e-6, f"{name}: {question.fetch_points()}"
-    )
+    points = question.fetch_points()
+    counts.add("points as ours", abs(points - problem.max_points) < 1e-6, f"{name}: {points}")
     for part in problem.parts:
         solution = extract_text(question.fetch_variant()["true_answer"]["solutions"][part.name]["solution"])
         counts.add("solution when done", solution in extract_text(page), f"{name}.{part.name}")
@@ -393,11 +379,8 @@ def _answer_exam_question(question: Question, variant: Variant, request: ExportR
     for texts in [*partial_answers * (len(problem.parts) > 1), next(iterate_right_answers(problem))]:
         page = _submit(question, page, problem, request, texts, counts)
         best = max(best, sum(_grade_with_qdot(problem, request, texts).values()))
-        counts.add(
-            "points as ours",
-            abs(question.fetch_points() - best) < 1e-6,
-            f"{name}: {question.fetch_points()}, not {best}",
-        )
+        points = question.fetch_points()
+        counts.add("points as ours", abs(points - best) < 1e-6, f"{name}: {points}, not {best}")
     counts.add("attempts of the exam", GRADE not in question.open_page(), f"{name} can be answered again")
     counts.add("attempts of the exam", question.fetch_variant()["id"] == variant_id, f"{name} has another variant")
 

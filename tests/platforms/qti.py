@@ -23,8 +23,8 @@ from qdot.exercises.exports.items import (
 )
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.reference_answers import LETTERS
-from tests.platforms.assignments import EVERYTHING, PLAIN, make_request
-from tests.platforms.records import Counts, Record, today
+from tests.platforms.assignments import EVERYTHING, PLAIN, make_request, write_files
+from tests.platforms.records import Counts, Record, describe_checkout, today
 
 Responses = dict[str, Any]
 SCRIPT = Path(__file__).with_suffix(".php")
@@ -39,14 +39,11 @@ def run(software: Path, work: Path) -> Record:
     for kind, variants in ((EVERYTHING, 1), (PLAIN, 3)):
         request = make_request(work / kind, kind, variants)
         _check_package(software, _write_package(request, work / f"{kind}-package"), request, counts)
-    version = subprocess.run(["git", "-C", software, "log", "-1", "--format=%cs (%h)"], capture_output=True, text=True)
-    return Record("qti", f"TAO's QTI SDK of {version.stdout.strip()}", today(), counts.freeze())
+    return Record("qti", f"TAO's QTI SDK of {describe_checkout(software)}", today(), counts.freeze())
 
 
 def _write_package(request: ExportRequest, folder: Path) -> Path:
-    (file,) = EXPORT_FORMATS["qti"].export(request)
-    archive = folder.with_suffix(".zip")
-    archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    (archive,) = write_files(EXPORT_FORMATS["qti"].export(request), folder.parent)
     with zipfile.ZipFile(archive) as zip_file:
         zip_file.extractall(folder)
     return folder

@@ -2,6 +2,7 @@
 
 import datetime
 import json
+import subprocess
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -75,6 +76,12 @@ class Counts:
             check: Count(self.passed[check], of, self.but.get(check, ""), self.excused.get(check, 0))
             for check, of in self.of.items()
         }
+
+
+def describe_checkout(software: Path) -> str:
+    """Return the date and the hash of the last commit of a checkout."""
+    command = ["git", "-C", str(software), "log", "-1", "--format=%cs (%h)"]
+    return subprocess.run(command, capture_output=True, text=True).stdout.strip()
 
 
 def today() -> str:

@@ -37,7 +37,7 @@ class PushedClass:
 @contextmanager
 def serve_pushed_class(export_format: str, work: Path) -> Iterator[PushedClass]:
     """Yield a class with one student for each kind of submission, whose notebooks have been exported and pushed."""
-    assignment = make_class_assignment(work / KEY, RIGHT, WRONG, BLANK)
+    assignment = make_class_assignment(work / KEY, (RIGHT, WRONG, BLANK))
     folder = export_into(assignment, export_format, work / "exported")
     venv.create(work / "python", with_pip=True)
     with serve_repositories(work / "server") as server:

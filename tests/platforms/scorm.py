@@ -12,7 +12,7 @@ from zipfile import ZipFile
 
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.scorm import PACKAGE_NAMES
-from tests.platforms.assignments import PLAIN, make_request
+from tests.platforms.assignments import PLAIN, make_request, write_files
 from tests.platforms.records import Counts, Record, today
 
 SCRIPT = Path(__file__).with_name("scorm_page.mjs")
@@ -21,12 +21,10 @@ SCRIPT = Path(__file__).with_name("scorm_page.mjs")
 def run(software: Path, work: Path) -> Record:
     """Export a ready-made set, launch both packages, and answer all their questions."""
     counts, packages = Counts(), work / "packages"
-    for file in EXPORT_FORMATS["scorm"].export(make_request(work / PLAIN, PLAIN, 1)):
-        name = Path(file.path).stem.removeprefix(f"{PLAIN}-")
-        archive = work / f"{name}.zip"
-        archive.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
+    exported_files = EXPORT_FORMATS["scorm"].export(make_request(work / PLAIN, PLAIN, 1))
+    for archive in write_files(exported_files, work / "exported"):
         with ZipFile(archive) as package:
-            package.extractall(packages / name)
+            package.extractall(packages / archive.stem.removeprefix(f"{PLAIN}-"))
     command: list[str | Path] = [shutil.which("node") or "node", SCRIPT, software.absolute(), packages]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:

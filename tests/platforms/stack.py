@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from qdot.exercises.exports.stack import export_stack
-from tests.platforms.assignments import PLAIN, PUMA, TEXTBOOK, make_request
+from tests.platforms.assignments import PLAIN, PUMA, TEXTBOOK, make_request, write_files
 from tests.platforms.records import Counts, Record, today
 from tests.platforms.typed_answers import (
     DETERMINANTS,
@@ -43,11 +43,7 @@ def run(software: Path, work: Path) -> Record:
     """Import three assignments, show every question, run all question tests, restore the quizzes, and type answers."""
     files = []
     for kind in (PLAIN, PUMA, TEXTBOOK):
-        exported_files = list(export_stack(make_request(work / kind, kind)))
-        paths = [work / file.path for file in exported_files]
-        for path, file in zip(paths, exported_files, strict=True):
-            path.write_bytes(file.content if isinstance(file.content, bytes) else file.content.encode())
-        files.append(paths)
+        files.append(write_files(export_stack(make_request(work / kind, kind)), work))
     with ThreadPoolExecutor() as executor:
         results = list(executor.map(partial(import_and_test, software), *zip(*files, strict=True)))
     counts, info, processor_times = Counts(), Json(), list[float]()
@@ -81,15 +77,8 @@ def import_and_test(software: Path, xml: Path, quiz: Path) -> list[Json]:
     """Call stack.php with two files; return its line about the software and the import, then those about questions."""
     answers = make_typed_answers(ET.parse(xml).getroot()) if TEXTBOOK in xml.name else {}
     typed = {name: [typed for _, typed in typed_answers] for name, typed_answers in answers.items()}
-    request = json.dumps(
-        {
-            "config": str(software / "config.php"),
-            "xml": str(xml),
-            "quiz": str(quiz),
-            "patience": PATIENCE,
-            "typed": typed,
-        }
-    )
+    paths = {"config": str(software / "config.php"), "xml": str(xml), "quiz": str(quiz)}
+    request = json.dumps({**paths, "patience": PATIENCE, "typed": typed})
     done = subprocess.run(PHP, input=request, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(done.stderr + done.stdout[-3000:])

@@ -26,7 +26,7 @@ def test_modules_that_prairielearns_python_cannot_import_are_an_error() -> None:
 
 
 def test_the_error_for_a_job_without_marks_contains_its_log(tmp_path: Path) -> None:
-    assignment = make_class_assignment(tmp_path / KEY, RIGHT)
+    assignment = make_class_assignment(tmp_path / KEY, (RIGHT,))
     with serve_repositories(tmp_path / "server") as server:
         pushed_class = PushedClass(assignment, tmp_path, server, tmp_path)
         with pytest.raises(RuntimeError, match="rsync: command not found"):
