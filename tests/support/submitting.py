@@ -10,9 +10,11 @@ from typing import Any
 from unittest.mock import patch
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import Certifier, init_assignment
+from qdot.exercises.assignment.release import Certifier, init_assignment, release_notebooks
+from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.notebook.notebook import make_notebook_metadata
-from qdot.exercises.problem.problem import Problem, name_answer_variable
+from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
+from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
@@ -26,13 +28,14 @@ questions = ["position", "jacobian", "determinant"]
 points = [1, 2, 1]
 """
 PARTS = ("p1.position", "p1.jacobian", "p1.determinant")
+ONE_STUDENT = (Student("s1"),)
 Cells = list[dict[str, Any]]
 
 
-def make_class(folder: Path, students: Sequence[Student]) -> Assignment:
+def make_class(folder: Path, students: Sequence[Student] = ONE_STUDENT, toml: str = TOML) -> Assignment:
     """Make an assignment folder without releasing it, because a release takes longer than the tests themselves."""
     init_assignment(folder, "T", "hw", students, secret="0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML)
+    (folder / "assignment.toml").write_text(toml)
     return load_assignment(folder)
 
 
@@ -46,6 +49,19 @@ def _write_certificate(assignment: Assignment, student: str, *_: object) -> str:
 
 UNCERTIFIED = Certifier(_certify_nothing, _write_certificate)
 """Replaces certificates in tests that don't read them, because certifying problems takes most of the time."""
+
+
+def release_class(folder: Path, students: Sequence[Student], toml: str) -> Assignment:
+    """Make an assignment folder with notebooks."""
+    return release_notebooks(make_class(folder, students, toml), UNCERTIFIED, 1, lambda _: None)
+
+
+def answer_notebook(
+    assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code
+) -> str:
+    """Return a released notebook with an answer to each part: the right one, or what `change` makes of it."""
+    text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
+    return fill_in_answers(text, load_stored_problems(assignment, student).problems, change)
 
 
 @contextmanager
@@ -84,8 +100,8 @@ def text_cell(source: str, kind: str = "markdown") -> dict[str, Any]:
 
 
 def make_correct_cells(assignment: Assignment, student: str) -> Cells:
-    """Return cells 1 to 5: a heading, the setup, and the three answers."""
-    ((slot, problem),) = assignment.generate_problems(student)
+    """Return cells 1 to 5: a heading, the setup, and the first three answers."""
+    (slot, problem), *_ = assignment.generate_problems(student)
     names = list(problem.symbols)
     cells = [
         text_cell("# T"),
@@ -93,7 +109,7 @@ def make_correct_cells(assignment: Assignment, student: str) -> Cells:
     ]
     cells += [
         code_cell(f"{name_answer_variable(slot, p.name)} = {p.answer.write_code()}", f"{slot}.{p.name}")
-        for p in problem.parts
+        for p in problem.parts[:3]
     ]
     return cells
 
@@ -120,6 +136,11 @@ def submit(assignment: Assignment, name: str, content: str | bytes) -> Path:
     return path
 
 
+def answer_and_submit(assignment: Assignment, student: str, *change: Callable[[str, Part], str]) -> Path:
+    """Submit a released notebook with answers, as `answer_notebook` returns it."""
+    return submit(assignment, f"{student}/hw.ipynb", answer_notebook(assignment, student, *change))
+
+
 def grade(
     assignment: Assignment, submissions: Path | None = None, seconds: float = 20
 ) -> tuple[dict[str, Result], SubmissionFolder]:
@@ -130,6 +151,11 @@ def grade(
             assignment, submissions_found.by_student, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None
         )
     return {result.student: result for result in results}, submissions_found
+
+
+def find_stored_marks(folder: Path) -> dict[Path, int]:
+    """Return the stored marks of a graded class with the times at which they were written."""
+    return {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("[!.]*.json")}
 
 
 def read_folder(folder: Path) -> dict[str, bytes]:

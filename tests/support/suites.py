@@ -95,7 +95,7 @@ EXAMPLES = (
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_problem_texts.py",
     "exercises/writing/test_languages.py",
     "exercises/exports/test_exports.py::test_every_export_format_writes_the_same_files_twice",
-    "grader/judging/test_formulas.py", "grader/diagnosis/test_reasons.py", "grader/grading/test_full_marks.py",
+    "grader/judging/test_formulas.py", "grader/grading/test_full_marks.py",
     "grader/reports/test_reports.py::test_junit",
     "grader/sandbox/test_sandbox.py::test_values_come_out_as_text",
     "grader/cli/test_cli.py::test_help", "grader/cli/test_cli.py::test_show_prints_the_same_twice",

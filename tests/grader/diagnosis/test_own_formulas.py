@@ -1,5 +1,6 @@
 """Marks and mistakes in answers to instructors' own formulas: signs, sines for cosines, numbers, components, frames."""
 
+import json
 from typing import Any
 
 import pytest
@@ -9,12 +10,12 @@ from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.custom.definition import Definition, GivenValue, Texts
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.marking.marking import mark
+from tests.support import DATA
 
 MASSES = (("g", "m/s^2"), ("m", "kg"))
 AT_POSE = (GivenValue("pose"), GivenValue("rates"))
 ACCELERATION = "at(dot([0, 1, 0], ddt(v)), qdd1 = 0, qdd2 = 0)"
 GRAVITY = "[diff(m*g*p.y, theta1), diff(m*g*p.y, theta2)]"
-ENERGY = "m/2*dot(ddt(o1), ddt(o1)) + m/2*dot(ddt(o2), ddt(o2))"
 
 
 def ask(family: str, answer: str, *earlier_questions: str, **settings: Any) -> Problem:
@@ -32,70 +33,13 @@ def find_mistake(verdict: Verdict) -> str:
     return verdict.diagnosis.names if verdict.diagnosis else ""
 
 
-@pytest.mark.parametrize(
-    ("family", "formula", "answer", "share", "mistake"),
-    [
-        # signs of terms: one, several, all
-        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + 2*qd1*qd2*s1 - d2*c1*qd1^2", 0.8, "term-sign-typed"),
-        ("polar-rp", ACCELERATION, "a1*s1*qd1^2 + 2*qd1*qd2*s1 - d2*c1*qd1^2", 0.8, "term-signs"),
-        ("polar-rp", ACCELERATION, "a1*s1*qd1^2 - 2*qd1*qd2*s1 - d2*c1*qd1^2", 0.8, "sign"),
-        ("planar-2r", "m/2*dot(v, v)", "m/2*(a1^2*qd1^2 + a2^2*(qd1+qd2)^2 - 2*a1*a2*c2*qd1*(qd1+qd2))", 0.8,
-         "term-sign-typed"),
-        # sines for cosines: in one term, throughout, with signs
-        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + 2*qd1*qd2*c1 + d2*c1*qd1^2", 0.5, "trig-typed"),
-        ("polar-rp", ACCELERATION, "-a1*c1*qd1^2 + 2*qd1*qd2*s1 + d2*c1*qd1^2", 0.5, "trig-typed"),
-        ("polar-rp", ACCELERATION, "a1*c1*qd1^2 + 2*qd1*qd2*s1 + d2*s1*qd1^2", 0.5,
-         "trigs-in-terms and term-sign-typed"),
-        ("planar-2r", GRAVITY, "[m*g*(a1*s1 + a2*s12), m*g*a2*s12]", 0.5, "all-sines-for-cosines"),
-        ("planar-2r", GRAVITY, "[-m*g*(a1*s1 - a2*s12), m*g*a2*s12]", 0.5, "trigs-in-terms and term-sign-typed"),
-        # numbers, rates and left-out symbols
-        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + qd1*qd2*s1 + d2*c1*qd1^2", 0.5, "factor-missing"),
-        ("planar-2r", ENERGY, "m/2*(2*a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 3*a1*a2*c2*qd1*(qd1+qd2))", 0.5,
-         "number-typed"),
-        ("planar-2r", ENERGY, "m/2*(2*a1^2*qd1^2 + a2^2*qd2^2 + 2*a1*a2*c2*qd1*qd2)", 0.5, "relative-rates"),
-        ("planar-2r", GRAVITY, "[m*9.81*(a1*c1 + a2*c12), m*9.81*a2*c12]", 0.5, "number-for-symbol"),
-        ("planar-pr", "m*transpose(J)*J", "[[1, a2*c2], [a2*c2, a2^2]]", 0.5, "factor-missing"),
-        # a missing term, and another component or frame
-        ("polar-rp", ACCELERATION, "-a1*s1*qd1^2 + d2*c1*qd1^2", 0.5, "term-missing"),
-        ("polar-rp", ACCELERATION, "-a1*c1*qd1^2 + 2*qd1*qd2*c1 - d2*s1*qd1^2", 0.5, "other-component"),
-        ("planar-2r", "v.x", "a1*c1*qd1 + a2*c12*(qd1+qd2)", 0.5, "other-component"),
-        ("planar-2r", "v.x", "-a1*s1*qd1 - a2*s12*qd2", 0.5, "relative-rates"),
-        ("planar-2r", "transpose(J)*f", "[-(a1*s1 + a2*s12)*fx - a2*s12*fy, (a1*c1 + a2*c12)*fx + a2*c12*fy]", 0.5,
-         "jacobian-for-transpose"),
-        ("planar-2r", "diff(g*o1.y + m*g*o2.y, theta1)", "m*g*(a1*c1 + a2*c12)", 0.5, "term-missing"),
-        ("polar-rp", "m*det(J)", "m*d2", 0.8, "sign"),
-        ("elbow-3r", "R02", "[[c1, 0, -s1], [s1, 0, c1], [0, -1, 0]]", 0.5, "other-frame"),
-        # a square or a component of a load left out
-        ("planar-2r", "norm(p)^2", "sqrt(a1^2 + a2^2 + 2*a1*a2*c2)", 0.5, "square-missing"),
-        ("planar-2r", "m/2*dot(v, v)", "m/2*sqrt(a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 2*a1*a2*c2*qd1*(qd1+qd2))", 0.5,
-         "square-missing"),
-        ("planar-2r", "transpose(Jv)*[m*g, m*g, 0]", "[-m*g*(a1*s1 + a2*s12), -m*g*a2*s12]", 0.5,
-         "component-left-out"),
-        ("planar-2r", "transpose(Jv)*[0, m*g, 0]", "[-m*g*(a1*s1 + a2*s12), -m*g*a2*s12]", 0.5, "other-component"),
-        # a length left out altogether; link 2 of the cylindrical arm is prismatic, and so has no angle of its own
-        ("cylindrical", "m*dot(v, v)/2", "m*(d3^2*qd1^2 + qd2^2 + qd3^2)/2", 0.5, "length-forgotten"),
-        ("cylindrical", "m*transpose(Jv)*Jv", "[[m*d3^2, 0, 0], [0, m, 0], [0, 0, m]]", 0.5, "length-forgotten"),
-        ("cylindrical", "m*p.z*g", "m*g*d2", 0.5, "distance-forgotten"),
-        # entries exchanged, or zero
-        ("planar-2r", "m*(o1 + o2)", "[m*(2*a1*s1 + a2*s12), m*(2*a1*c1 + a2*c12), 0]", 0.5,
-         "rows-exchanged or all-sines-for-cosines"),
-        ("planar-2r", "[m*g*p.x, m*g, 0]", "[m*g*(a1*c1 + a2*c12), 0, 0]", 0.5, "term-missing"),
-        ("planar-2r", "[m*g*p.x, m*g, 0]", "[0, m*g, 0]", 0.5, "entry-missing"),
-        # half of the answer, and twice the answer
-        ("planar-2r", "m*dot(v, v)", "m/2*(a1^2*qd1^2 + a2^2*(qd1+qd2)^2 + 2*a1*a2*c2*qd1*(qd1+qd2))", 0.8,
-         "entry-halved"),
-        ("planar-pr", "m*transpose(J)*J", "2*m*[[1, a2*c2], [a2*c2, a2^2]]", 0.8, "entry-doubled"),
-        # signs below a root
-        ("planar-2r", "m*norm(p)", "m*sqrt(a1^2 + a2^2 - 2*a1*a2*c2)", 0.8, "term-sign-typed"),
-        ("planar-2r", "norm(p)", "sqrt(a1^2 - a2^2 - 2*a1*a2*c2)", 0.8, "term-signs"),
-        ("planar-2r", "norm(p)", "sqrt(a1^2 + a2^2 + a1*a2*c2)", 0.5, "factor-missing"),
-    ],
-)  # fmt: skip
-def test_the_nearest_mistake_is_named_and_earns_its_share(
-    family: str, formula: str, answer: str, share: float, mistake: str
-) -> None:
-    verdict = mark_one(ask(family, formula, units=MASSES), answer)
-    assert (verdict.judgement.share, find_mistake(verdict)) == (share, mistake), verdict.judgement
+CASES = [json.loads(line) for line in (DATA / "own_formulas.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case['about']}: {case['formula']} {case['mistake']}")
+def test_the_nearest_mistake_is_named_and_earns_its_share(case: dict[str, Any]) -> None:
+    verdict = mark_one(ask(case["family"], case["formula"], units=MASSES), case["answer"])
+    assert (verdict.judgement.share, find_mistake(verdict)) == (case["share"], case["mistake"]), verdict.judgement
 
 
 @pytest.mark.parametrize("is_rate_known", [False, True])

@@ -9,12 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release_notebooks
-from qdot.exercises.assignment.store import load_stored_problems
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.problem.problem import Part
-from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.batch import grade_class, lock_folder
 from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
@@ -24,7 +20,7 @@ from qdot.grader.reports.grades_table import find_work_status, make_grades_csv, 
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
 from tests.support.results import index_by_student
-from tests.support.submitting import UNCERTIFIED, work_in_one_process
+from tests.support.submitting import answer_and_submit, answer_notebook, release_class, submit, work_in_one_process
 
 TOML = """title = "T"
 key = "hw"
@@ -42,12 +38,8 @@ Text = Callable[[str], str]
 
 @pytest.fixture(scope="module")
 def released_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("class") / "hw"
-    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML)
-    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{s},=Name {s}\n" for s in STUDENTS))
-    release_notebooks(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
-    return folder
+    students = [Student(name, f"=Name {name}") for name in STUDENTS]
+    return release_class(tmp_path_factory.mktemp("class") / "hw", students, TOML).folder
 
 
 @pytest.fixture
@@ -60,20 +52,6 @@ def assignment(released_class: Path, tmp_path: Path) -> Assignment:
     return load_assignment(tmp_path)
 
 
-def make_right_notebook(
-    assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code
-) -> str:
-    text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
-    return fill_in_answers(text, load_stored_problems(assignment, student).problems, change)
-
-
-def submit(assignment: Assignment, name: str, text: str | bytes) -> Path:
-    path = assignment.folder / "submitted" / name
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    return path
-
-
 def grade(assignment: Assignment, jobs: int = 0) -> dict[str, Result]:
     (assignment.folder / "submitted").mkdir(exist_ok=True)
     submissions = find_submissions(assignment, assignment.folder / "submitted").by_student
@@ -84,20 +62,16 @@ def grade(assignment: Assignment, jobs: int = 0) -> dict[str, Result]:
 
 
 def test_every_kind_of_submission_gets_its_result(assignment: Assignment) -> None:
-    right_notebook = make_right_notebook(assignment, "s01")
+    right_notebook = answer_notebook(assignment, "s01")
     submit(assignment, "s01/hw.ipynb", right_notebook)
-    submit(assignment, "s02.ipynb", make_right_notebook(assignment, "s02"))
-    submit(assignment, "s03/my answers.ipynb", make_right_notebook(assignment, "s03"))
+    submit(assignment, "s02.ipynb", answer_notebook(assignment, "s02"))
+    submit(assignment, "s03/my answers.ipynb", answer_notebook(assignment, "s03"))
     submit(assignment, "s04/hw.ipynb", right_notebook)  # copied from s01
     submit(assignment, "s05/hw.ipynb", right_notebook[:3000])
     submit(assignment, "s06/hw.ipynb", b"")
     submit(assignment, "s07/hw.ipynb", right_notebook.replace('"assignment": "hw"', '"assignment": "other"'))
     submit(assignment, "s08/hw.ipynb", (assignment.folder / "released" / "s08" / "hw.ipynb").read_text())
-    submit(
-        assignment,
-        "s09/hw.ipynb",
-        make_right_notebook(assignment, "s09", lambda code, part: "1/0" if part.name == "position" else code),
-    )
+    answer_and_submit(assignment, "s09", lambda code, part: "1/0" if part.name == "position" else code)
     submit(assignment, "s10/hw.ipynb", b"\x93\xff\0{}")
     submit(assignment, "s11/notes.txt", "no notebook")
     submit(assignment, "stranger/hw.ipynb", right_notebook)
@@ -124,29 +98,25 @@ def test_every_kind_of_submission_gets_its_result(assignment: Assignment) -> Non
 
 def test_a_grade_does_not_depend_on_other_students_or_processes(assignment: Assignment) -> None:
     for student in ("s01", "s02"):
-        submit(
-            assignment,
-            f"{student}/hw.ipynb",
-            make_right_notebook(assignment, student, lambda code, part: code if "r" in part.name else "a1"),
-        )
+        answer_and_submit(assignment, student, lambda code, part: code if "r" in part.name else "a1")
     alone = grade(assignment)
     for path in (assignment.folder / "graded" / ".cache").glob("*.json"):
         path.unlink()
-    submit(assignment, "s03/hw.ipynb", make_right_notebook(assignment, "s03"))
+    answer_and_submit(assignment, "s03")
     with_others = grade(assignment, jobs=2)
     assert alone["s01"] == with_others["s01"]
     assert alone["s02"] == with_others["s02"]
 
 
 def test_a_rerun_grades_only_changed_submissions(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
-    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01"))
+    answer_and_submit(assignment, "s01")
     first = grade(assignment)
     marked: list[str] = []
     monkeypatch.setattr("qdot.grader.grading.attempt.mark", lambda *args: marked.append(args[1]))
     assert grade(assignment) == first
     assert marked == []
     monkeypatch.undo()
-    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s02"))
+    submit(assignment, "s01/hw.ipynb", answer_notebook(assignment, "s02"))
     assert grade(assignment)["s01"].score < first["s01"].score
     damaged = next((assignment.folder / "graded" / ".cache").glob("*.json"))
     damaged.write_text('{"key": ')
@@ -175,21 +145,14 @@ def test_temporary_files_of_dead_processes_are_removed(assignment: Assignment) -
 
 def test_no_credit_follows_from_another_students_answers(assignment: Assignment) -> None:
     """s02 copies the answers of s01; s03 makes one mistake and continues from it."""
-    copied = {
-        part.name: part.answer.write_code()
-        for _, problem in assignment.generate_problems("s01")
-        for part in problem.parts
-    }
-    submit(assignment, "s02/hw.ipynb", make_right_notebook(assignment, "s02", lambda _, part: copied[part.name]))
+    problems = [problem for _, problem in assignment.generate_problems("s01")]
+    copied = {part.name: part.answer.write_code() for problem in problems for part in problem.parts}
+    answer_and_submit(assignment, "s02", lambda _, part: copied[part.name])
     wrong_answers = {
         "position": "{} + 0.3*Matrix([cos(theta1), sin(theta1)])",
         "jacobian": "{} + 0.3*Matrix([[-sin(theta1), 0], [cos(theta1), 0]])", "determinant": "p1_jacobian.det()",
     }  # fmt: skip
-    submit(
-        assignment,
-        "s03/hw.ipynb",
-        make_right_notebook(assignment, "s03", lambda code, part: wrong_answers.get(part.name, "{}").format(code)),
-    )
+    answer_and_submit(assignment, "s03", lambda code, part: wrong_answers.get(part.name, "{}").format(code))
     graded = grade(assignment)
     assert [part.followed_from for part in graded["s02"].parts.values()] == [None] * 5
     assert graded["s02"].score < 1
@@ -198,7 +161,7 @@ def test_no_credit_follows_from_another_students_answers(assignment: Assignment)
 
 
 def test_a_failure_of_qdot_leaves_the_part_ungraded(assignment: Assignment, monkeypatch: pytest.MonkeyPatch) -> None:
-    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01"))
+    answer_and_submit(assignment, "s01")
     monkeypatch.setattr(judging, "judge_matrix", lambda *_: 1 / 0)
     graded = grade(assignment)["s01"]
     part = graded.parts["p1.jacobian"]
@@ -208,7 +171,7 @@ def test_a_failure_of_qdot_leaves_the_part_ungraded(assignment: Assignment, monk
 
 
 def test_reports_have_the_documented_fields(assignment: Assignment) -> None:
-    os.utime(submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01")), (1_700_000_000, 1_700_000_000))
+    os.utime(answer_and_submit(assignment, "s01"), (1_700_000_000, 1_700_000_000))
     results = list(grade(assignment).values())
     line, *other_lines = map(json.loads, make_results_jsonl(results).splitlines())
     assert {"student", "assignment", "submission", "score", "max_score", "late", "problems"} <= line.keys()
@@ -222,15 +185,12 @@ def test_reports_have_the_documented_fields(assignment: Assignment) -> None:
 
 def test_staff_are_told_of_odd_notebooks(assignment: Assignment) -> None:
     submit(assignment, "s01/hw.ipynb", (assignment.folder / "released" / "s02" / "hw.ipynb").read_text())
-    right_notebook = make_right_notebook(assignment, "s02")
+    right_notebook = answer_notebook(assignment, "s02")
     submit(assignment, "s02/hw.ipynb", right_notebook)
     submit(assignment, "s02/old.ipynb", right_notebook)
     submit(assignment, "s03/hw.ipynb", right_notebook.replace('"kind": "student"', '"kind": "solution"'))
-    submit(
-        assignment,
-        "s04/hw.ipynb",
-        right_notebook.replace(assignment.problems_digest, "0" * 16).replace('"s02"', '"s04"'),
-    )
+    outdated = right_notebook.replace(assignment.problems_digest, "0" * 16).replace('"s02"', '"s04"')
+    submit(assignment, "s04/hw.ipynb", outdated)
     results = list(grade(assignment).values())
     table = list(csv.DictReader(make_grades_csv(results, assignment.roster).splitlines()))
     for row, words in zip(table, ("'s02'", "2 notebooks", "solutions", OTHER_VERSION), strict=False):
@@ -240,7 +200,7 @@ def test_staff_are_told_of_odd_notebooks(assignment: Assignment) -> None:
 
 
 def test_a_changed_secret_is_reported_and_a_changed_title_is_not(assignment: Assignment) -> None:
-    submit(assignment, "s01/hw.ipynb", make_right_notebook(assignment, "s01"))
+    answer_and_submit(assignment, "s01")
     path = assignment.folder / "assignment.toml"
     path.write_text(path.read_text().replace('"T"', '"U"'))
     retitled = grade(load_assignment(assignment.folder))
@@ -257,13 +217,11 @@ def test_an_unwritable_folder_is_an_error(assignment: Assignment) -> None:
 
 
 def test_unencodable_text_costs_only_its_part(assignment: Assignment) -> None:
-    text = make_right_notebook(
-        assignment, "s01", lambda code, part: '"a1 \\ud800"' if part.name == "determinant" else code
-    )
+    text = answer_notebook(assignment, "s01", lambda code, part: '"a1 \\ud800"' if part.name == "determinant" else code)
     notebook = json.loads(text)
     notebook["metadata"]["qdot"]["student"] = "\ud800"
     submit(assignment, "s01/hw.ipynb", json.dumps(notebook))
-    submit(assignment, "s02/hw.ipynb", make_right_notebook(assignment, "s02"))
+    answer_and_submit(assignment, "s02")
     graded = grade(assignment)
     write_reports(assignment, list(graded.values()))
     assert graded["s01"].score == graded["s01"].max_score - 1

@@ -22,13 +22,10 @@ import psutil  # type: ignore[import-untyped]
 import pytest
 from typer.testing import CliRunner, Result
 
-from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release_notebooks
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import explain_missing
 from qdot.exercises.common.files import write_atomically
-from qdot.exercises.problem.problem import Part
-from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading import batch, cluster
 from qdot.grader.grading.batch import grade_class
@@ -39,7 +36,7 @@ from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import Submission, find_submissions
 from tests.support import ROOT
 from tests.support.command import run_and_fail
-from tests.support.submitting import UNCERTIFIED
+from tests.support.submitting import answer_and_submit, find_stored_marks, release_class
 
 pytestmark = [
     pytest.mark.xdist_group("cluster"),
@@ -61,23 +58,14 @@ DEADLY = "import os\nos.kill(os.getppid(), 9)\n"
 @pytest.fixture(scope="module")
 def submitted_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a class of nine: right, wrong, hostile, truncated and missing work, and metadata too deep to pickle."""
-    folder = tmp_path_factory.mktemp("class") / "hw"
-    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML)
-    (folder / "roster.csv").write_text("student,name\n" + "".join(f"{student},N\n" for student in STUDENTS))
-    assignment = load_assignment(folder)
-    release_notebooks(assignment, UNCERTIFIED, 1, lambda _: None)
+    assignment = release_class(tmp_path_factory.mktemp("class") / "hw", [Student(name, "N") for name in STUDENTS], TOML)
     wrong_answers = {"s1": "a1 + theta1", "s2": f"exec({DEADLY!r})", "s3": "__import__('os')._exit(0)"}
     for student in STUDENTS[:-1]:
-        text = (folder / "released" / student / "hw.ipynb").read_text()
-
-        def edit(code: str, part: Part, wrong_answer: str = wrong_answers.get(student, "")) -> str:
-            return wrong_answer if wrong_answer and part.name == "determinant" else code
-
-        path = folder / "submitted" / student / "hw.ipynb"
-        path.parent.mkdir(parents=True)
-        path.write_text(fill_in_answers(text, assignment.generate_problems(student), edit))
+        wrong = wrong_answers.get(student, "")
+        answer = {"determinant": wrong} if wrong else {}
+        path = answer_and_submit(assignment, student, lambda code, part: answer.get(part.name, code))  # noqa: B023
         os.utime(path, (1_700_000_000, 1_700_000_000))
+    folder = assignment.folder
     path = folder / "submitted" / "s4" / "hw.ipynb"
     path.write_text(path.read_text()[:500])
     path = folder / "submitted" / "s5" / "hw.ipynb"
@@ -110,11 +98,6 @@ def read_reports(folder: Path) -> dict[str, bytes]:
         for path in (folder / "graded").rglob("*")
         if path.is_file() and path.name not in ("lock", "costs.csv")
     }
-
-
-def find_stored_marks(folder: Path) -> dict[Path, int]:
-    """Return the stored marks with the times at which they were written."""
-    return {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("[!.]*.json")}
 
 
 @pytest.fixture(scope="module")
@@ -182,7 +165,7 @@ def test_a_student_is_ungraded_after_killing_two_workers(
     lines = reports["graded/results.jsonl"].decode().splitlines()
     assert "the system ended its process twice" in json.loads(lines[0])["obstacle"]
     assert lines[1:] == undisturbed["graded/results.jsonl"].decode().splitlines()[1:]
-    assert len(list((folder / "graded" / ".cache").glob("[!.]*.json"))) == len(STUDENTS) - 1
+    assert len(find_stored_marks(folder)) == len(STUDENTS) - 1
     with use_dying_worker(monkeypatch, "s0", 1):
         assert grade_locally(folder, "tcp://here:1") == undisturbed
     assert not cluster._worker_state

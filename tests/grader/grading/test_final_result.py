@@ -13,9 +13,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.assignment.late_rule import LateRule
-from qdot.exercises.assignment.release import init_assignment, release_notebooks
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.grading.overrides import NO_OVERRIDES, Overrides, read_overrides
 from qdot.grader.grading.result import Lateness, MarkingVersions, NotebookMarks, Override, ProblemResult, Result
@@ -25,7 +23,7 @@ from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.grades_table import SUMMARY_COLUMNS, find_work_status, make_grades_csv, make_to_mark_csv
 from tests.support import command
 from tests.support.results import get_counted_file, make_override, make_part, read_results
-from tests.support.submitting import UNCERTIFIED, work_in_one_process
+from tests.support.submitting import answer_notebook, make_class, release_class, work_in_one_process
 
 DUE = datetime.datetime(2027, 1, 15, 12, tzinfo=datetime.UTC)
 HOUR = datetime.timedelta(hours=1)
@@ -44,9 +42,7 @@ STUDENTS = [Student("s1", "Ada"), Student("s2", "Bo"), Student("s3", "Cy")]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    init_assignment(tmp_path / "hw", "T", "hw", STUDENTS, "0123456789abcdef")
-    (tmp_path / "hw" / "assignment.toml").write_text(TOML.format(""))
-    return tmp_path / "hw"
+    return make_class(tmp_path / "hw", STUDENTS, TOML.format("")).folder
 
 
 def make_marks(*points: float | None) -> NotebookMarks:
@@ -299,22 +295,16 @@ def test_a_failed_attempt_leaves_the_result_open_if_it_could_be_best(folder: Pat
 
 @pytest.fixture(scope="module")
 def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("released") / "hw"
-    init_assignment(folder, "T", "hw", STUDENTS, "0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML.format(""))
-    release_notebooks(load_assignment(folder), UNCERTIFIED, 1, lambda _: None)
-    return folder
+    return release_class(tmp_path_factory.mktemp("released") / "hw", STUDENTS, TOML.format("")).folder
 
 
 def submit_answers(folder: Path, released: Path, name: str, hours: float, **answers: str) -> None:
     """Write a notebook received this many hours after the deadline; parts not in `answers` are right."""
     student = name.split("/", maxsplit=1)[0]
-    text = (released / "released" / student / "hw.ipynb").read_text()
-    problems = load_assignment(released).generate_problems(student)
-    path = folder / "submitted" / name
+    text = answer_notebook(load_assignment(released), student, lambda code, part: answers.get(part.name, code))
+    path, timestamp = folder / "submitted" / name, (DUE + hours * HOUR).timestamp()
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(fill_in_answers(text, problems, lambda code, part: answers.get(part.name, code)))
-    timestamp = (DUE + hours * HOUR).timestamp()
+    path.write_text(text)
     os.utime(path, (timestamp, timestamp))
 
 

@@ -33,16 +33,12 @@ def graded_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
     assignment = make_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
     assignment = release_notebooks(assignment, CERTIFIER, 1, lambda _: None)
     for student in ("ada", "bo"):
-        submit(
-            assignment,
-            f"{student}/hw.ipynb",
-            make_correct_notebook(assignment, student, lambda cells: cells[-1].update(source="x = 1")),
-        )
+        notebook = make_correct_notebook(assignment, student, lambda cells: cells[-1].update(source="x = 1"))
+        submit(assignment, f"{student}/hw.ipynb", notebook)
     grade(assignment.folder)
     submit(assignment, "ada/hw.ipynb", make_correct_notebook(assignment, "ada"))
-    (assignment.folder / "overrides.csv").write_text(
-        "student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n"
-    )
+    overrides = "student,part,points,comment\nada,p1.position,0.5,\nbo,,3,on paper\n"
+    (assignment.folder / "overrides.csv").write_text(overrides)
     header = "student,problem,family,draw,why\n"
     (assignment.folder / REPLACEMENTS_FILE).write_text(f"{header}ada,p1,other-family,2,x\nbo,p1,other-family,2,x\n")
     grade(assignment.folder)
@@ -68,19 +64,12 @@ def forget(folder: Path, student: str = "ada", *options: str) -> list[str]:
     return run("forget", student, folder, *(options or ("--yes",))).splitlines()
 
 
-REMAINING_FILES = {
-    "exports/gradescope/autograder.zip", "exports/html/handout-all.html", "notes.txt",
-}  # fmt: skip
+REMAINING_FILES = {"exports/gradescope/autograder.zip", "exports/html/handout-all.html", "notes.txt"}
 """Files that still name ada; the command lists them."""
 TABLES = {
-    "graded/results.jsonl",
-    "graded/grades.csv",
-    "graded/to-mark.csv",
-    "graded/costs.csv",
-    "roster.csv",
-    "overrides.csv",
-    REPLACEMENTS_FILE,
-}
+    *(f"graded/{name}" for name in ("results.jsonl", "grades.csv", "to-mark.csv", "costs.csv")),
+    "roster.csv", "overrides.csv", REPLACEMENTS_FILE,
+}  # fmt: skip
 
 
 def test_everything_about_a_student_is_removed(folder: Path) -> None:
@@ -223,9 +212,8 @@ def test_platform_folders_are_removed_without_following_links(tmp_path: Path) ->
     (student_folder / "closed").chmod(0)
     output = forget(assignment.folder)
     assert any(line.split()[:2] == ["stays", ".git:"] for line in output)
-    assert [path.name for path in (assignment.folder / "submitted").iterdir()] == [
-        "Bo Example_32_assignsubmission_file_"
-    ]
+    left = [path.name for path in (assignment.folder / "submitted").iterdir()]
+    assert left == ["Bo Example_32_assignsubmission_file_"]
     assert (outside / "kept").exists(), "a link is removed, and not what it leads to"
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 
 from qdot.exercises.assignment.assignment import Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading import history
@@ -25,18 +24,11 @@ from qdot.grader.grading.history import (
 from qdot.grader.grading.result import CountingSubmission, Lateness, ProblemResult, Result, SubmittedNotebook
 from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.grades_table import make_results_jsonl
-from tests.grader.grading.test_final_result import DUE, HOUR, RULE, STUDENTS, TOML, released, run, submit_answers
+from tests.grader.grading.test_final_result import DUE, HOUR, RULE, TOML, folder, released, run, submit_answers
 from tests.support.command import run_and_fail
 from tests.support.results import change_part, make_part
 
-__all__ = ["released"]
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    init_assignment(tmp_path / "hw", "T", "hw", STUDENTS, "0123456789abcdef")
-    (tmp_path / "hw" / "assignment.toml").write_text(TOML.format(""))
-    return tmp_path / "hw"
+__all__ = ["folder", "released"]
 
 
 def read_history(folder: Path) -> dict[str, list[dict[str, Any]]]:

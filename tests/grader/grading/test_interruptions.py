@@ -22,10 +22,8 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.assignment.release import init_assignment, release_notebooks
+from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.json_form import parse_dataclass
-from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
 from qdot.grader.grading.attempt import Grader, grade_attempt, read_attempts
 from qdot.grader.grading.batch import grade_class
@@ -36,7 +34,7 @@ from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.submissions.submission import StudentFiles, find_submissions
 from tests.support.problems import CrashingAssignment
 from tests.support.results import index_by_student
-from tests.support.submitting import UNCERTIFIED
+from tests.support.submitting import answer_notebook, find_stored_marks, release_class, submit
 from tests.support.suites import select_for_suite
 
 TOML = """title = "T"
@@ -54,25 +52,12 @@ REPORTS = ("results.jsonl", "grades.csv")
 @pytest.fixture(scope="module")
 def submitted_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a class of eight: most are right, some are wrong, one is truncated, one is missing."""
-    folder = tmp_path_factory.mktemp("class") / "hw"
-    init_assignment(folder, "T", "hw", secret="0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML)
-    (folder / "roster.csv").write_text("student\n" + "".join(f"{student}\n" for student in STUDENTS))
-    assignment = load_assignment(folder)
-    release_notebooks(assignment, UNCERTIFIED, 1, lambda _: None)
+    assignment = release_class(tmp_path_factory.mktemp("class") / "hw", list(map(Student, STUDENTS)), TOML)
     for number, student in enumerate(STUDENTS[:-1]):
-        write_submission(folder, assignment, student, "a1" if number % 4 == 1 else "")
-    path = folder / "submitted" / "s03" / "hw.ipynb"
-    path.write_text(path.read_text()[:500])
-    return folder
-
-
-def write_submission(folder: Path, assignment: Assignment, student: str, answer: str = "") -> None:
-    text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
-    path = folder / "submitted" / student / "hw.ipynb"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(fill_in_answers(text, assignment.generate_problems(student), lambda code, _: answer or code))
-    os.utime(path, (1_700_000_000, 1_700_000_000))
+        text = answer_notebook(assignment, student, lambda code, _: "a1" if number % 4 == 1 else code)  # noqa: B023
+        path = submit(assignment, f"{student}/hw.ipynb", text[:500] if student == "s03" else text)
+        os.utime(path, (1_700_000_000, 1_700_000_000))
+    return assignment.folder
 
 
 def make_command(folder: Path, jobs: int = 2) -> list[str]:
@@ -125,11 +110,6 @@ def folder(submitted_class: Path, tmp_path: Path) -> Path:
 
 
 # --- what must hold at any moment ---
-
-
-def find_stored_marks(folder: Path) -> dict[Path, int]:
-    """Return the stored marks with the times at which they were written."""
-    return {path: path.stat().st_mtime_ns for path in (folder / "graded" / ".cache").glob("[!.]*.json")}
 
 
 def assert_files_complete(folder: Path) -> None:

@@ -14,9 +14,7 @@ from nbformat import NotebookNode
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.assignment import release
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.replacements import MAX_SEEDS, read_replacements
-from qdot.exercises.assignment.store import load_stored_problems
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.notebook.notebook import NotebookContent, make_student_notebook
 from qdot.exercises.problem.problem import Details, Part
@@ -24,12 +22,10 @@ from qdot.exercises.reference_answers import Answer
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_model import Check, NumericModel
-from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.cli.main import app
-from qdot.grader.grading.certify import CERTIFIER
 from tests.support import ROOT
 from tests.support.command import run, run_and_fail, runner
-from tests.support.submitting import work_in_one_process
+from tests.support.submitting import answer_and_submit, make_class, work_in_one_process
 
 pytestmark = pytest.mark.xdist_group("replacements")
 
@@ -51,9 +47,7 @@ def folder(tmp_path: Path) -> Path:
 
 
 def make_folder(folder: Path) -> Path:
-    init_assignment(folder, "T", "hw", [Student(name) for name in STUDENTS], secret="0123456789abcdef")
-    (folder / "assignment.toml").write_text(TOML)
-    return folder
+    return make_class(folder, [Student(name) for name in STUDENTS], TOML).folder
 
 
 def inject_failure(monkeypatch: pytest.MonkeyPatch, is_wrong: Callable[[int], bool]) -> None:
@@ -123,9 +117,8 @@ def test_the_released_problem_is_graded_and_shown(folder: Path, monkeypatch: pyt
     inject_failure(monkeypatch, is_odd)
     generate(folder)
     assignment = load_assignment(folder)
-    for student, text in read_notebooks(folder).items():
-        path = folder / "submitted" / f"{student}.ipynb"
-        path.write_text(fill_in_answers(text.decode(), assignment.generate_problems(student), lambda code, _: code))
+    for student in STUDENTS:
+        answer_and_submit(assignment, student)
     monkeypatch.undo()  # the grader sees no failure, but has redrawn.csv
     with work_in_one_process():
         run("grade", folder, "--jobs", "1")
@@ -218,9 +211,8 @@ def test_the_others_are_graded_although_one_student_was_left_out(folder: Path, m
     monkeypatch.setitem(ALL_QUESTIONS, "determinant", replace(question, sample=fail_for_student))
     run_incomplete(folder, "generate")
     assignment = load_assignment(folder)
-    for student, text in read_notebooks(folder).items():
-        right = fill_in_answers(text.decode(), load_stored_problems(assignment, student).problems, lambda code, _: code)
-        (folder / "submitted" / f"{student}.ipynb").write_text(right)
+    for student in read_notebooks(folder):
+        answer_and_submit(assignment, student)
     # The question still fails, so s3 has no mark instead of a zero.
     assert "s3: qdot could not grade this (RuntimeError: no such pose)" in run_incomplete(folder, "grade")
     lines = (folder / "graded" / "results.jsonl").read_text().splitlines()
@@ -240,28 +232,6 @@ def test_a_notebook_that_cannot_be_written_affects_one_student(folder: Path, mon
     stderr = run_incomplete(folder, "generate")
     assert "s2: p2 (planar-2r): " in stderr and "KeyError" in stderr
     assert set(read_notebooks(folder)) == set(STUDENTS) - {"s2"}
-
-
-def test_an_interrupted_run_continues_with_the_same_problems(
-    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Notebooks written before the interruption don't change."""
-    inject_failure(monkeypatch, is_odd)
-    complete, released = make_folder(tmp_path / "whole"), list[release.ReleaseResult]()
-    generate(complete)
-
-    def stop(release_result: release.ReleaseResult) -> None:
-        released.append(release_result)
-        if len(released) == 3:
-            raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        release.release_notebooks(load_assignment(folder), CERTIFIER, 1, stop)
-    written = read_notebooks(folder)
-    assert written and len(written) < len(STUDENTS)
-    generate(folder)
-    assert read_notebooks(folder) == read_notebooks(complete) and written.items() <= read_notebooks(folder).items()
-    assert (folder / "redrawn.csv").read_bytes() == (complete / "redrawn.csv").read_bytes()
 
 
 DRIVER = """

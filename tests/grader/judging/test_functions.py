@@ -1,5 +1,6 @@
 """Answers that are Python functions: called with symbols if possible, otherwise at random configurations."""
 
+import json
 import re
 from dataclasses import replace
 
@@ -15,6 +16,7 @@ from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import FunctionArguments, Limits, Sandbox
 from qdot.grader.submissions.answer_locator import Answers
+from tests.support import DATA
 from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import few_families
 
@@ -31,55 +33,22 @@ def run_answer(sandbox: Sandbox, code: str) -> tuple[str | None, str | None]:
     return run.answers.get("p1_a"), run.unreadable_reasons.get("p1_a")
 
 
-SYMBOLIC = [
-    ("lambda theta1, theta2: cos(theta1)", "cos(theta1)"),
-    ("lambda q: [math.sin(q[0]), np.sqrt(q[1])]", "[sin(theta1), sqrt(theta2)]"),
-    ("lambda q, a1: a1*np.array([1, np.arctan2(q[0], q[1])])", "[a1, a1*atan2(theta1, theta2)]"),
-    ("lambda q, dq: np.dot(q, dq)", "qd1*theta1 + qd2*theta2"),
-    ("lambda *q: q[0] - q[1]", "theta1 - theta2"),
-    ("lambda x, y: x/y", "theta1/theta2"),
-    ("lambda q1, th_2, q1_dot, dtheta2: q1 + th_2 + q1_dot + dtheta2", "qd1 + qd2 + theta1 + theta2"),
-    ("lambda theta1, a1=0.5: a1*theta1", "0.5*theta1"),
-    ("sp.Lambda(sp.symbols('theta1 theta2'), sp.cos(sp.Symbol('theta1')))", "cos(theta1)"),
-    ("sp.lambdify(sp.symbols('theta1 a1'), sp.Matrix([[sp.cos(sp.Symbol('theta1')), 1]]))", "[[cos(theta1), 1]]"),
-    ("sp.lambdify([sp.Function('x')(sp.Symbol('t'))]*1 + [sp.Symbol('u')], sp.Symbol('u')*2)", "2*theta2"),
-    ("lambda: 3", "3"),
-]
+FUNCTIONS = json.loads((DATA / "functions.json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize(("function", "text"), SYMBOLIC)
+@pytest.mark.parametrize(("function", "text"), FUNCTIONS["symbolic"])
 def test_a_function_that_takes_symbols_becomes_a_formula(sandbox: Sandbox, function: str, text: str) -> None:
     assert run_answer(sandbox, f"p1_a = {function}") == (text, None)
 
 
-NUMERIC = [
-    "lambda theta1, a1: np.array([a1*np.cos(theta1), 0], dtype=float)",
-    "lambda theta1, a1: [a1*math.cos(theta1) if theta1 > -9 else 0, 0]",
-    "lambda theta1, a1: np.linalg.inv(np.diag([1.0, 1.0])) @ [float(a1*np.cos(theta1)), 0]",
-]
-
-
-@pytest.mark.parametrize("function", NUMERIC)
+@pytest.mark.parametrize("function", FUNCTIONS["numeric"])
 def test_a_function_that_needs_numbers_is_sampled(sandbox: Sandbox, function: str) -> None:
     text, _ = run_answer(sandbox, f"p1_a = {function}")
     assert text is not None
     assert text.startswith(TABLE_PREFIX + '{"shape": [2], "values": [[[0.995')
 
 
-REFUSED = [
-    ("lambda k: k", "the parameter 'k' is not a symbol of the problem; known: theta1, theta2, a1"),
-    ("lambda: 'a1' * 2", ""),
-    ("lambda theta1: None", "NoneType"),
-    ("lambda theta1: 1/0", "division by zero"),
-    ("lambda theta1: {1: 2}[int(theta1) + 5]", "KeyError"),
-    ("lambda theta1: [1.0] * (1 + int(10 * theta1))", "always of the same size"),
-    ("(lambda theta1: [0]*200)", ""),
-    ("open", "not an expression"),
-    ("int", "not an expression"),
-]
-
-
-@pytest.mark.parametrize(("function", "reason"), REFUSED)
+@pytest.mark.parametrize(("function", "reason"), FUNCTIONS["refused"])
 def test_functions_that_are_no_answer_are_refused(sandbox: Sandbox, function: str, reason: str) -> None:
     text, failure = run_answer(sandbox, f"p1_a = {function}")
     assert reason in (failure or "")

@@ -9,8 +9,6 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.assignment.assignment import load_assignment
-from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.chapter import make_planar_2r, make_scorbot_arm
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.sympy_text import format_expression
@@ -23,6 +21,7 @@ from qdot.grader.marking.marking import MarkingRules, mark
 from tests.support import ROOT
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem, replace_answer
+from tests.support.submitting import make_class
 from tests.support.suites import few_families
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
@@ -232,18 +231,13 @@ questions = ["jacobian", "determinant"]
 
 
 def test_an_assignment_sets_the_credit_of_its_parts(tmp_path: Path) -> None:
-    folder = tmp_path / "hw"
-    init_assignment(folder, "T", "t", secret="0123456789abcdef")
-    path = folder / "assignment.toml"
-    path.write_text(TOML + 'credit = {jacobian = "columns", determinant = 0.5}\n')
-    assignment = load_assignment(folder)
+    assignment = make_class(tmp_path, toml=TOML + 'credit = {jacobian = "columns", determinant = 0.5}\n')
     parts = {part.name: part for part in assignment.slots[0].generate_problem(assignment.secret, "s").parts}
     assert parts["jacobian"].credit == Credit("columns") and parts["determinant"].credit == Credit("", Fraction(1, 2))
     assert assignment.follow_through == 1
     markings = {assignment.marking_digest}
     for text in (TOML, f"{TOML}credit = 0\n"):
-        path.write_text(text)
-        markings.add(load_assignment(folder).marking_digest)
+        markings.add(make_class(tmp_path / str(len(markings)), toml=text).marking_digest)
     assert len(markings) == 3
 
 
@@ -261,11 +255,8 @@ def test_an_assignment_sets_the_credit_of_its_parts(tmp_path: Path) -> None:
     ],
 )
 def test_an_invalid_credit_setting_is_an_error(tmp_path: Path, text: str, message: str) -> None:
-    folder = tmp_path / "hw"
-    init_assignment(folder, "T", "t", secret="0123456789abcdef")
-    (folder / "assignment.toml").write_text(text)
     with pytest.raises(QdotError, match=f"assignment.toml: {message}"):
-        load_assignment(folder)
+        make_class(tmp_path / "hw", toml=text)
 
 
 def test_a_mistake_in_a_set_earns_the_same_on_every_arm(family: str) -> None:

@@ -47,10 +47,9 @@ def test_discrimination_is_the_correlation_with_the_other_parts() -> None:
         other_points = marks.sum(axis=1) - marks[:, part]
         assert discrimination.value == pytest.approx(np.corrcoef(marks[:, part], other_points)[0, 1])
         assert -1 <= discrimination.low < discrimination.value < discrimination.high <= 1
-    assert class_statistics.compute_discrimination(ROWS[:9], 0) is None  # too few
-    assert (
-        class_statistics.compute_discrimination([[1, k % 3] for k in range(12)], 0) is None
-    )  # everybody has the point
+    everybody_has_the_point = [[1, k % 3] for k in range(12)]
+    for rows in (ROWS[:9], everybody_has_the_point):
+        assert class_statistics.compute_discrimination(rows, 0) is None
 
 
 def test_reliability_agrees_with_numpy_and_hand_calculation() -> None:
@@ -77,10 +76,8 @@ def test_the_permutation_test_agrees_with_enumeration() -> None:
     assert class_statistics.compute_permutation_p_value([1, 2], "aa", "seed") == 1
     smallest = class_statistics.compute_permutation_p_value([0.0] * 10 + [1.0] * 10, "a" * 10 + "b" * 10, "seed")
     assert smallest == pytest.approx(1 / 5000)  # never 0
-    assert next(class_statistics._generate_permutations(5, "seed"))[:2].tolist() == [
-        [1, 2, 3, 4, 0],
-        [0, 3, 1, 2, 4],
-    ], "permutations never change"
+    permutations = next(class_statistics._generate_permutations(5, "seed"))[:2].tolist()
+    assert permutations == [[1, 2, 3, 4, 0], [0, 3, 1, 2, 4]], "permutations never change"
 
 
 def test_arms_are_grouped_by_features_of_their_convention() -> None:
@@ -105,9 +102,7 @@ def test_groups_that_are_too_small_are_not_compared() -> None:
         assert sum(map(len, entry.shares_by_group.values())) == 12
         assert all(len(group_shares) >= 3 for group_shares in entry.shares_by_group.values())
         assert OTHERS_GROUP not in list(entry.shares_by_group)[:-1]
-    assert (
-        compare_groups("p1", chains, [50.0] * 12, "x", has_varied_structure=False) == []
-    )  # equal shares: nothing to compare
+    assert compare_groups("p1", chains, [50.0] * 12, "x", has_varied_structure=False) == []  # equal shares
     assert compare_groups("p1", chains[:2], shares[:2], "x", has_varied_structure=False) == []
     values = [replace(entry, p_value=chance) for entry, chance in zip(entries * 2, (0.01, 0.5), strict=False)]
     corrected = [round(entry.corrected_p_value, 3) for entry in correct_p_values(values)]
@@ -150,26 +145,20 @@ def test_scores_parts_and_mistakes_are_summarized(assignment: Assignment) -> Non
     assert scores is not None and scores.percents == (100.0, 50.0, 25.0)  # the fourth has no mark
     assert scores.full_score_count == 1
     position, jacobian, determinant = summarize_parts(assignment, results)
-    assert (
-        position.outcome_counts[Outcome.CORRECT],
-        position.outcome_counts[Outcome.WRONG],
-        position.graded_count,
-    ) == (2, 1, 3)
+    counts = position.outcome_counts
+    assert (counts[Outcome.CORRECT], counts[Outcome.WRONG], position.graded_count) == (2, 1, 3)
     assert jacobian.mean_share == pytest.approx(2 / 3)
     assert determinant.discrimination is None
-    assert [(mistake.name, mistake.students, mistake.parts) for mistake in summarize_mistakes(results)] == [
-        ("determinant-sign", ("s2",), ("p1.determinant",)),
-        ("sine-for-cosine", ("s2",), ("p1.determinant",)),
-    ]
+    for mistake, name in zip(summarize_mistakes(results), ("determinant-sign", "sine-for-cosine"), strict=True):
+        assert (mistake.name, mistake.students, mistake.parts) == (name, ("s2",), ("p1.determinant",))
 
 
 def test_the_report_is_safe_and_reproducible(assignment: Assignment) -> None:
     results = make_class_results(assignment)
     results[1] = change_part(results[1], "p1.jacobian", mistake="sine-for-cosine")
     text = make_class_page(assignment, results)
-    assert text == make_class_page(
-        assignment, [parse_dataclass(Result, line) for line in make_results_jsonl(results).splitlines()]
-    )
+    stored = [parse_dataclass(Result, line) for line in make_results_jsonl(results).splitlines()]
+    assert text == make_class_page(assignment, stored)
     page = Page(text)
     # Students' text is not markup, and nothing is loaded from elsewhere.
     assert not {tag for tag, _, _ in page.elements} & {"script", "img", "iframe", "object", "link", "b", "failed"}

@@ -161,9 +161,7 @@ def test_running_out_of_time_for_diagnosis_changes_no_mark(polar: Problem, monke
     monkeypatch.setattr(marking, "diagnose", lambda *_: compute_forever())
     verdicts = mark(polar, WRONG_ANSWERS, secret="s", allowance=TimeBudgets(diagnosing=Budget(0.2)))
     assert [verdict.diagnosis for verdict in verdicts] == [None, None]
-    assert [(verdict.points, verdict.judgement) for verdict in verdicts] == [
-        (verdict.points, verdict.judgement) for verdict in expected
-    ]
+    assert [(v.points, v.judgement) for v in verdicts] == [(v.points, v.judgement) for v in expected]
 
 
 def test_a_sum_of_nine_thousand_terms_stays_within_its_limit(polar: Problem) -> None:

@@ -10,11 +10,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from qdot.exercises.assignment.assignment import Student
+from qdot.grader.cli.main import app
 from qdot.grader.sandbox.notebook_process import isolation
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
 from tests.support import ROOT
+from tests.support.submitting import code_cell, make_class, make_correct_notebook, submit
 from tests.support.suites import sample_for_suite, select_for_suite
 
 IMPORTS = "from sympy import *\nimport numpy as np\nx, y = symbols('x y')"
@@ -243,11 +247,7 @@ def test_a_notebook_cannot_read_or_write_the_owners_files(sandbox: Sandbox, secr
     run = sandbox.run(cells, [f"p{i}" for i in range(1, 18)])
     assert run.answers == {}
     assert sorted(run.cell_errors) == list(range(len(cells)))
-    refused = (
-        "may not",
-        "not found",
-        "No module",
-    )  # "may not" is the hook's word; for the kernel, the file doesn't exist
+    refused = ("may not", "not found", "No module")  # by the hook, by the kernel, by the import
     assert not [error for error in run.cell_errors.values() if not any(word in error for word in refused)]
     assert sorted(path.name for path in secret.parent.iterdir()) == ["secret.txt"]
 
@@ -265,3 +265,12 @@ def test_ordinary_notebook_code_is_allowed(sandbox: Sandbox) -> None:
     run = sandbox.run(cells, [f"p{i}" for i in range(1, 8)])
     assert run.cell_errors == {}
     assert len(run.answers) == 7
+
+
+def test_check_prints_no_terminal_escapes(tmp_path: Path) -> None:
+    assignment = make_class(tmp_path / "hw", [Student("ada")])
+    attack = "p1_position = '\\x1b[2J\\x9b31m'\np1_determinant = 1\nraise ValueError('\\x1b[2J')"
+    notebook = make_correct_notebook(assignment, "ada", lambda cells: cells.append(code_cell(attack)))
+    path = submit(assignment, "ada.ipynb", notebook)
+    result = CliRunner().invoke(app, ["check", str(path)])
+    assert result.exit_code == 1 and not set("\x1b\x9b") & set(result.output)

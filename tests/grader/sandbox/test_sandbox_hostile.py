@@ -15,6 +15,7 @@ import socket
 import sys
 import threading
 import time
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,6 +30,7 @@ from qdot.grader.sandbox.guarantees import (
     probe,
 )
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
+from tests.support import DATA
 from tests.support.suites import WHOLE, sample_for_suite, select_for_suite
 
 pytestmark = pytest.mark.xdist_group("hostile")  # each sandbox is probed once
@@ -140,40 +142,13 @@ def run_attack(sandbox: Sandbox, cell: str) -> Run:
     return run
 
 
-ENDED_WITH_CELL = {
-    "endless": ("while True: pass", "longer than 0.8 s"),
-    "asleep": ("import time; time.sleep(60)", "it waited longer than 0.8 s"),
-    "swallows everything": ("while True:\n    try:\n        while True: pass\n    except Exception: pass", "longer than 0.8 s"),
-    "memory": ("import mmap\nx = []\nwhile True: x.append(mmap.mmap(-1, 10**8))", "Cannot allocate memory"),
-    "memory in NumPy": ("import numpy; numpy.ones(10**11)", "MemoryError"),
-    "threads": ("import threading\ndef f(): time.sleep(9)\nimport time\nfor i in range(10**4): threading.Thread(target=f).start()",
-                "can't start new thread"),
-    "forks": ("while True: os.fork()", "may not use os.fork"),
-    "sys.exit": ("import sys; sys.exit(0)", "it called exit()"),
-    "kills its parent": ("os.kill(os.getppid(), 9)", "may not use os.kill"),
-    "kills everybody": ("os.kill(-1, 9)", "may not use os.kill"),
-    "kills its group": ("os.killpg(0, 9)", "may not use os.killpg"),
-    "starts a program": ("import subprocess; subprocess.Popen(['sleep', '60'])", "may not use subprocess.Popen"),
-    "becomes a program": ("os.execv('/bin/sleep', ['sleep', '60'])", "may not use os.exec"),
-    "collects garbage": ("import gc; gc.get_objects()", "may not use gc.get_objects"),
-    "fills the disk": ("for i in range(100): open(str(i), 'wb').write(bytes(9_000_000))", "OSError: [Errno 28]"),
-    "a large file": ("open('x', 'wb').write(bytes(20_000_000))", "OSError: [Errno 27]"),
-    "environment of init": ("c = open('/proc/1/environ').read()", "may not open '/proc/1/environ'"),
-    "own memory": ("c = open('/proc/self/maps').read()", "may not open '/proc/self/maps'"),
-    "accounts": ("c = open('/etc/passwd').read()", "may not open '/etc/passwd'"),
-    "raises what is no Exception": ("raise BaseException('no')", "BaseException"),
-    "calls itself": ("def f(): f()\nf()", "RecursionError"),
-    "a list without end": ("x = [0] * 10**11", "MemoryError"),
-    "exit()": ("exit()", "exit"),
-    "an exception that fights back": ("class E(Exception):\n    def __str__(self): raise SystemError\nraise E", "can't be shown"),
-    "a class with a trap": ("class E(BaseException):\n    def __str__(self): os._exit\n    __repr__ = __str__\nraise E",
-                            "an exception that can't be shown"),
-}  # fmt: skip
+ATTACKS = tomllib.loads((DATA / "attacks.toml").read_text(encoding="utf-8"))
+ENDED_WITH_CELL = ATTACKS["ended-with-cell"]
 
 
 @pytest.mark.parametrize("name", sample_for_suite(ENDED_WITH_CELL, 12))
 def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
-    cell, error = ENDED_WITH_CELL[name]
+    error, cell = ENDED_WITH_CELL[name].values()
     sandbox = open_sandbox()
     run = run_attack(sandbox, cell)
     if name == "fills the disk" and "namespaces" in sandbox.unavailable_measures:
@@ -182,28 +157,7 @@ def test_an_attack_ends_with_its_cell(name: str, machine: Machine) -> None:
     assert list(run.cell_errors) == [1] and error in run.cell_errors[1]
 
 
-ENDED_WITH_NOTEBOOK = {
-    "endless in C": ("sum(range(10**12))", {"overtime", "killed"}),
-    "endless with signals ignored": (
-        "import signal\nfor s in (signal.SIGALRM, signal.SIGPROF): signal.signal(s, signal.SIG_IGN)\nwhile True: pass",
-        {"overtime", "killed"},
-    ),
-    "endless, catching all": (
-        "while True:\n    try:\n        while True: pass\n    except BaseException: pass",
-        {"overtime", "killed", "done"},
-    ),
-    "_exit": ("os._exit(0)", {"closed"}),
-    "abort": ("os.abort()", {"crashed"}),
-    "deep recursion": (
-        "import sys\nsys.setrecursionlimit(10**9)\nl = []\nfor i in range(10**6): l = [l]\nrepr(l)",
-        {"crashed", "done"},
-    ),
-    "floods its report": ("for fd in range(3, 64):\n    try: os.write(fd, b'{}\\n' * 40_000_000)\n    except OSError: pass",
-                          {"closed", "done", "overtime"}),  # overtime where a machine is slow to write 120 MB
-    "closes its report": ("os.closerange(3, 64)", {"closed"}),
-    "says that it is done": ("for fd in range(3, 64):\n    try: os.write(fd, b'{\"done\": true}\\n')\n    except OSError: pass",
-                             {"done"}),
-}  # fmt: skip
+ENDED_WITH_NOTEBOOK = ATTACKS["ended-with-notebook"]
 
 
 @pytest.mark.parametrize(
@@ -211,7 +165,7 @@ ENDED_WITH_NOTEBOOK = {
 )
 def test_answers_before_an_attack_that_ends_the_notebook_are_kept(name: str, machine: Machine) -> None:
     """Ignored signals are tested in test_sandbox.py, too."""
-    (cell, ends), timeouts = ENDED_WITH_NOTEBOOK[name], ("it took longer", "it waited longer")
+    (ends, cell), timeouts = ENDED_WITH_NOTEBOOK[name].values(), ("it took longer", "it waited longer")
     run = run_attack(open_sandbox(), cell)
     assert run.end in ends, run
     if run.end == "done" and name != "says that it is done":  # the alarm was faster, or Python counts the depth in C
@@ -225,25 +179,12 @@ def test_answers_before_an_attack_that_ends_the_notebook_are_kept(name: str, mac
     assert bool(run.describe_end()) == (run.end != "done")
 
 
-LIES = {
-    "an object that says it is a text": ("class L:\n    __class__ = str\n    def __str__(self): return 'x'\nc = L()", "a L is not an expression"),
-    "an object that says it is a type": ("class L:\n    __class__ = type\n    def __str__(self): return 'x'\nc = L()", "a L is not an expression"),
-    "an object whose class is none": ("class L:\n    __class__ = 5\n    def __str__(self): return 'x'\nc = L()", "a L is not an expression"),
-    "a text whose slice is something else": ("class L(str):\n    def __getitem__(self, k): return {}\nc = L('right')", "right"),
-    "a text that is another each time": ("class L(str):\n    def __str__(self): return str(id([]))\nc = L('right')", "right"),
-    "a list that is never the same": ("class L(list):\n    def __iter__(self):\n        self.append(1)\n        return iter([len(self)])\nc = L()", "["),
-    "a pickle": ("import pickle\nclass L:\n    def __reduce__(self): return (os._exit, (0,))\nc = pickle.dumps(L())", "posix"),
-    "an object with __reduce__": ("class L:\n    def __reduce__(self): return (os._exit, (0,))\nc = L()", "a L is not an expression"),
-    "a type that always is": ("class M(type):\n    def __instancecheck__(c, o): return True\nclass L(metaclass=M): pass\nc = L", "a M is not an expression"),
-    "an endless iterator": ("class L(list):\n    def __iter__(self):\n        while True: yield 1\nc = L([1])", "longer than"),
-    "an answer of 100 MB": ("c = 'x' * 10**8", "x" * 1000),
-    "100 MB of output": ("for i in range(100): print('x' * 10**6)\nc = '0'", "0"),
-}  # fmt: skip
+LIES = ATTACKS["lies"]
 
 
 @pytest.mark.parametrize("name", sample_for_suite(LIES, 6))
 def test_a_lying_object_becomes_text_or_no_answer(name: str, machine: Machine) -> None:
-    cell, words = LIES[name]
+    words, cell = LIES[name].values()
     run = run_attack(open_sandbox(), cell)
     answer = run.answers.get("c") or run.unreadable_reasons["c"]
     assert words in answer and len(answer) <= 400_001
@@ -251,20 +192,7 @@ def test_a_lying_object_becomes_text_or_no_answer(name: str, machine: Machine) -
     assert run.end == "done" or name == "an endless iterator"  # two alarms may use up the time
 
 
-PATCHES = [
-    "import builtins; builtins.isinstance = lambda *a: True",
-    "import builtins; builtins.str = builtins.repr = lambda *a: 'right'",
-    "import sympy; sympy.Basic.__eq__ = sympy.Basic.__hash__ = sympy.Basic.__str__ = lambda *a: True",
-    "import sympy.printing.str as p; p.StrPrinter.doprint = lambda *a: 'right'",
-    "import numpy; numpy.ndarray = numpy.generic = object; numpy.ones = None",
-    "import sys\nclass F:\n    def find_spec(*a): os._exit(0)\nsys.meta_path.insert(0, F())",
-    'import json; json.dumps = lambda *a: \'{"end": "done"}\'',
-    "import sys; sys.modules.clear()",
-    "import os; os.write = os.read = lambda *a: 0",
-    "import IPython; IPython.get_ipython().run_cell('1')",
-    "import os\nfor i in range(3000): os.write(3, b'\\n' * 1000); os.write(4, b'\\n' * 1000)",  # acknowledged by nobody
-    "import sys\nf = sys._getframe()\nwhile f: f.f_locals.clear() if f.f_locals is not globals() else 0; f = f.f_back",
-]
+PATCHES: list[str] = ATTACKS["patches"]["cells"]
 
 
 @pytest.mark.parametrize("cell", sample_for_suite(PATCHES, 3))

@@ -14,7 +14,7 @@ from qdot.grader.serve.class_list import load_class_assignment
 from qdot.grader.serve.exchange import export_class, import_class
 from qdot.grader.serve.scores import compute_results
 from tests.support.serving import STUDENTS, Service, serve_class, set_clock
-from tests.support.submitting import code_cell, grade, write_notebook
+from tests.support.submitting import grade, make_correct_cells, write_notebook
 from tests.support.suites import select_for_suite
 
 LATE = 'due = 2027-01-10T12:00:00+00:00\nlate = {per_day = 0.1, grace = "15 min"}'
@@ -38,7 +38,7 @@ def submit_at_random(service: Service, rng: random.Random) -> None:
         student = rng.choice(STUDENTS[:2]).id  # the third submits nothing
         with set_clock(now):
             if rng.random() < 0.2:
-                cells = make_correct_cells_of_first_problem(service, student)
+                cells = make_correct_cells(service.assignment, student)
                 reply = browsers[student].upload("mine.ipynb", write_notebook(assignment, student, cells).encode())
                 assert reply.status_code in (202, 409), reply.content
                 service.work_off_queue()
@@ -62,15 +62,6 @@ def submit_at_random(service: Service, rng: random.Random) -> None:
     if service.assignment.due_date is not None:
         due = (START + datetime.timedelta(days=1, hours=3)).isoformat()
         assert staff.send("POST", "/a/hw/class/extensions", {"student": person, "due": due}).status_code == 200
-
-
-def make_correct_cells_of_first_problem(service: Service, student: str) -> list[dict[str, object]]:
-    """Return the cells of a notebook in which most answers are right."""
-    (slot, problem), *_ = service.assignment.generate_problems(student)
-    cells = [code_cell(f"from sympy import *\n{', '.join(problem.symbols)} = symbols({' '.join(problem.symbols)!r})")]
-    for part in problem.parts[:3]:
-        cells.append(code_cell(f"{slot}_{part.name} = {part.answer.write_code()}", f"{slot}.{part.name}"))
-    return cells
 
 
 @pytest.mark.parametrize("policy", ["", LATE, BEST], ids=("last", "late", "best"))

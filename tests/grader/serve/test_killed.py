@@ -1,17 +1,8 @@
-"""Processes of a running service are killed at random moments; nothing that was acknowledged is lost.
+"""Processes of a running service are killed at random moments; nothing that was acknowledged is lost."""
 
-`python -m tests.grader.serve.test_killed [--database /usr/lib/postgresql/15/bin] [--kills 10]` kills the server, its
-processes and, if the folder of PostgreSQL's programs is named, the database, as often each, and prints the outcome.
-"""
-
-import argparse
 import json
-import os
 import random
-import shutil
-import signal
 import subprocess
-import tempfile
 import threading
 import time
 import uuid
@@ -30,47 +21,13 @@ import pytest
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.writing.problem_texts import write_answer_code
 from tests.bench.serve_load import Browser
-from tests.support.running_service import QDOT, RunningService, find_free_port, run_service
+from tests.support.running_service import QDOT, run_service
 from tests.support.serving import STUDENTS, find_folder
 from tests.support.submitting import make_class, make_correct_notebook
 from tests.support.suites import select_for_suite
 
 find_folder()  # configures Django before the platform imports its tables
 from tests.grader.serve.platform import Platform  # noqa: E402
-
-
-class PostgreSQL:
-    """A database server of its own on a free port; `programs` is the folder of PostgreSQL's programs."""
-
-    def __init__(self, programs: Path, folder: Path) -> None:
-        self._programs, self._data, self._port = programs, folder / "data", find_free_port()
-        self._user = ["runuser", "-u", "postgres", "--"] if os.geteuid() == 0 else []
-        folder.mkdir()
-        if self._user:
-            shutil.chown(folder, "postgres")
-        self._run("initdb", "--auth", "trust", "--username", "qdot", "-D", self._data)
-        self.start()
-        self.address = f"postgresql://qdot@127.0.0.1:{self._port}/postgres"
-
-    def _run(self, program: str, *arguments: str | Path) -> bool:
-        command = [*self._user, self._programs / program, *arguments]
-        return subprocess.run(command, stdout=subprocess.DEVNULL, cwd="/", check=False).returncode == 0
-
-    def start(self) -> None:
-        options = f"-p {self._port} -h 127.0.0.1 -k {self._data}"
-        for _ in range(30):  # until the processes of a killed server have ended
-            if self._run("pg_ctl", "-w", "-l", self._data / "log", "-D", self._data, "-o", options, "start"):
-                return
-            time.sleep(1)
-        raise AssertionError("the database doesn't start")
-
-    def kill_and_start(self) -> None:
-        number = int((self._data / "postmaster.pid").read_text().split()[0])
-        os.kill(number, signal.SIGKILL)
-        self.start()
-
-    def stop(self) -> None:
-        self._run("pg_ctl", "-m", "immediate", "-D", self._data, "stop")
 
 
 class RunningPlatform(Platform):
@@ -147,14 +104,15 @@ def retry(action: Any) -> Any:
 ANSWERS = 12
 
 
-def check_kills(folder: Path, choose_kills: Callable[[RunningService], list[Callable[[], None]]], database: str) -> str:
-    """Let a class work while processes are killed. Return the outcome; an AssertionError says what was lost."""
-    assignment = make_class(folder / "hw", STUDENTS)
+@pytest.mark.integration
+def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) -> None:
+    """Let a class work while the server and its processes are killed."""
+    assignment = make_class(tmp_path / "hw", STUDENTS)
     rng, acknowledged, platform = random.Random(3), dict[str, set[int]](), RunningPlatform()
     platform.start()
     problem, finished = assignment.generate_problems("s001")[0][1], threading.Event()
     right = write_answer_code(problem, problem["determinant"])
-    with run_service(assignment.folder, database) as service:
+    with run_service(assignment.folder) as service:
         login = service.register(platform)
         LaunchedBrowser(platform, login, "grace/Instructor")
 
@@ -183,7 +141,8 @@ def check_kills(folder: Path, choose_kills: Callable[[RunningService], list[Call
         browser = Browser(service.links["s003"])
         acknowledged["s003"] = {browser.upload("hw", notebook)}
         students = ("s001", "s002", "ada")
-        kills = choose_kills(service)
+        kinds: list[Callable[[], None]] = [service.kill_and_start, lambda: service.kill_worker(rng)]
+        kills = (kinds * 5)[: select_for_suite(3, 10)]
         with ThreadPoolExecutor(len(students)) as pool:
             work = pool.map(work_as, students)
             try:
@@ -199,12 +158,10 @@ def check_kills(folder: Path, choose_kills: Callable[[RunningService], list[Call
             assert (sorted(stored, reverse=True), set(stored)) == (stored, acknowledged[student])
             assert student != "s003" or work["score"] == work["max_score"]
         _check_scores(platform, browser_score=_wait_for_marks(retry(lambda: open_browser("ada")))["score"])
-        out = folder / "out"
+        out = tmp_path / "out"
         service.call("export", str(assignment.folder), "--out", str(out))
     _check_export(assignment, out)
     platform.stop()
-    count = sum(map(len, acknowledged.values()))
-    return f"{len(kills)} kills; {count} submissions acknowledged, all stored and marked; {len(platform.scores)} scores"
 
 
 def _wait_for_marks(browser: Browser) -> Any:
@@ -234,43 +191,3 @@ def _check_export(assignment: Assignment, out: Path) -> None:
     lines = [json.loads(line) for line in (out / "graded" / "results.jsonl").read_text().splitlines()]
     assert [line["score"] for line in lines][2] == 4
     assert load_assignment(out).roster[2].id == assignment.roster[2].id
-
-
-@pytest.mark.integration
-def test_nothing_acknowledged_is_lost_when_processes_are_killed(tmp_path: Path) -> None:
-    def choose_kills(service: RunningService) -> list[Callable[[], None]]:
-        rng = random.Random(1)
-        return ([service.kill_and_start, lambda: service.kill_worker(rng)] * 5)[: select_for_suite(3, 10)]
-
-    assert "all stored" in check_kills(tmp_path, choose_kills, "")
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--database", type=Path, help="the folder of PostgreSQL's programs")
-    parser.add_argument("--kills", type=int, default=10)
-    options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        folder.chmod(0o755)
-        database = PostgreSQL(options.database, folder / "postgresql") if options.database else None
-
-        def choose_kills(service: RunningService) -> list[Callable[[], None]]:
-            rng = random.Random(1)
-            kills: list[Callable[[], None]] = [service.kill_and_start, lambda: service.kill_worker(rng)]
-            if database is not None:
-                kills.append(database.kill_and_start)
-            return kills * options.kills
-
-        try:
-            print(check_kills(folder, choose_kills, database.address if database else ""))
-        except AssertionError:
-            print((folder / "log.txt").read_text()[-5000:])
-            raise
-        finally:
-            if database is not None:
-                database.stop()
-
-
-if __name__ == "__main__":
-    main()

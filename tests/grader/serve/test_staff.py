@@ -48,10 +48,8 @@ def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Ser
         staff.send("POST", "/a/hw/class/overrides", {"group": group["group"], "points": None, "comment": ""})
     assert not PointsOverride.objects.exists()
     summaries = [action["summary"] for action in staff.get("/a/hw/class/results").json()["actions"]]
-    assert [summary.partition(": ")[2] for summary in summaries] == [
-        "no points by hand any more",
-        "0.75 points, comment “a metre too much”",
-    ]
+    decisions = ["no points by hand any more", "0.75 points, comment “a metre too much”"]
+    assert [summary.partition(": ")[2] for summary in summaries] == decisions
 
 
 def test_answers_in_words_wait_for_a_person(service: Service) -> None:

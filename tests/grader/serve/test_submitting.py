@@ -15,7 +15,7 @@ from qdot.grader.serve.marking_online import MAX_FAILURES, queue_forgotten
 from qdot.grader.serve.models import Submission
 from qdot.grader.serve.server import reclaim_tasks
 from tests.support.serving import NOTEBOOK, Service, serve_class, set_clock
-from tests.support.submitting import code_cell, write_notebook
+from tests.support.submitting import make_correct_cells, write_notebook
 
 
 def read_marks(submission: Submission) -> NotebookMarks:
@@ -103,7 +103,7 @@ attempts = {best_of = 2, apart = "1 h"}
 
 def test_a_notebook_is_graded_from_the_queue_and_its_answers_are_the_basis_of_typed_ones(service: Service) -> None:
     browser = service.open_browser("s001")
-    cells = make_correct_cells_of(service, "s001")
+    cells = make_correct_cells(service.assignment, "s001")
     reply = browser.upload("mine.ipynb", write_notebook(service.assignment, "s001", cells).encode())
     assert (reply.status_code, reply.json()["place"]) == (202, 0)
     number = reply.json()["submission"]
@@ -119,7 +119,7 @@ def test_a_notebook_is_graded_from_the_queue_and_its_answers_are_the_basis_of_ty
 def test_an_imported_notebook_of_another_student_is_pointed_out_to_both_sides(service: Service) -> None:
     browser = service.open_browser("s001")
     browser.upload("mine.ipynb", NOTEBOOK)
-    notebook = write_notebook(service.assignment, "s002", make_correct_cells_of(service, "s002"))
+    notebook = write_notebook(service.assignment, "s002", make_correct_cells(service.assignment, "s002"))
     Submission.objects.update(content=notebook.encode())
     service.work_off_queue()
     (note,) = browser.get("/a/hw/work").json()["notes"]
@@ -130,16 +130,6 @@ def test_an_imported_notebook_of_another_student_is_pointed_out_to_both_sides(se
     }
     assert notes["s001"] == "The notebook was released to 's002'" and not notes["s002"]
     assert browser.answer("p1.position", "theta1").json()["notes"] == []
-
-
-def make_correct_cells_of(service: Service, student: str) -> list[dict[str, object]]:
-    (slot, problem), *_ = service.assignment.generate_problems(student)
-    names = ", ".join(problem.symbols)
-
-    cells = [code_cell(f"from sympy import *\n{names} = symbols('{names}')")]
-    for part in problem.parts[:3]:
-        cells.append(code_cell(f"{slot}_{part.name} = {part.answer.write_code()}", f"{slot}.{part.name}"))
-    return cells
 
 
 @pytest.mark.parametrize(
@@ -162,7 +152,7 @@ def test_a_file_that_is_no_notebook_takes_no_marks_away(
 
 
 def test_the_notebook_of_another_student_is_refused(service: Service) -> None:
-    notebook = write_notebook(service.assignment, "s002", make_correct_cells_of(service, "s002"))
+    notebook = write_notebook(service.assignment, "s002", make_correct_cells(service.assignment, "s002"))
     reply = service.open_browser("s001").upload("mine.ipynb", notebook.encode())
     assert (reply.status_code, "released to another student" in reply.json()["error"]) == (415, True)
     assert not Submission.objects.exists()
@@ -185,9 +175,8 @@ def test_the_notebook_to_take_away_has_the_answers_and_the_page_those_of_the_not
         service.work_off_queue()
         work = browser.get("/a/hw/work").json()
         assert (work["score"], work["answers"]["p1.why"]) == (before["score"], answers["p1.why"])
-        assert {name: part["points"] for name, part in work["results"].items()} == {
-            name: part["points"] for name, part in before["results"].items()
-        }
+        points, expected = ({name: part["points"] for name, part in page["results"].items()} for page in (work, before))
+        assert points == expected
         assert work["drafts"] == {"p2.determinant": "later"}
         assert browser.get("/a/hw/notebook.ipynb").content == notebook
     with set_clock(timezone.now() + datetime.timedelta(seconds=10)):

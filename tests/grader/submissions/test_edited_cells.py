@@ -16,7 +16,7 @@ from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
-from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
+from qdot.grader.sandbox.sandbox import Run, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import Cell, read_cells
 from tests.support.command import run
@@ -286,12 +286,6 @@ EDITS: list[Callable[[Cells, random.Random], object]] = [
 ]
 
 
-@pytest.fixture(scope="module")
-def sandbox() -> Any:
-    with Sandbox(Limits(seconds=20, cell_seconds=4)) as sandbox:
-        yield sandbox
-
-
 @settings(max_examples=select_for_suite(20, 200))
 @given(seed=st.integers(0, 10**9))
 def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandbox, seed: int) -> None:
@@ -312,75 +306,54 @@ def test_no_edit_loses_an_answer_silently(assignment: Assignment, sandbox: Sandb
 
 
 def test_rerunning_a_cell_changes_no_answer_already_found(sandbox: Sandbox) -> None:
-    cells = [
-        Cell("p1_a = [1]; later.append(p1_a)", "p1.a"),
-        Cell("p1_b = late"),
-        Cell("later = []; late = 5; p1_a.append(2)"),
-    ]
+    cells = [Cell("p1_a = [1]; later.append(p1_a)", "p1.a"), Cell("p1_b = late")]
+    cells.append(Cell("later = []; late = 5; p1_a.append(2)"))
     result = find_answers(cells, ["p1.a", "p1.b"], sandbox.run)
     assert result.run.answers == {"p1_a": "[1, 2]", "p1_b": "5"}
     assert len(result.notes) == 1 and has_words(result.notes, "cell 2 NameError: 'late' p1_b")
 
 
+FAILING_ANSWERS = {
+    "p1_a = no.det": "'no' cell 2 line 2 (ModuleNotFoundError: nosuchlibrary as no",
+    "p1_b = lost": "NameError: 'lost' cell 1 line 1 (ZeroDivisionError: The line is “p1_b = lost",
+    "import scipy_not_here.linalg as la\np1_c = la.norm([1, 2])":
+        "NameError: 'la' cell 5 line 1 (ModuleNotFoundError: import scipy_not_here.linalg as la",
+    "p1_d = 0.5^2": "a1**2; quotes",
+    "p1_e = 90\u00b0": "quotes",
+    "p1_f = never_set": "No cell above sets never_set. Define it restart the kernel",
+    "p1_g = Cos(0)": "write cos",
+    "p1_h = p1_loss": "No cell above sets p1_loss",
+    "p1_i = [x = 0]": "write an equation as Eq(theta2, 0)",
+    "p1_j = [x x]": "comma or a multiplication sign (*)",
+    "p1_k = C  # my choice": 'Type the letter of an option in quotes, as in "C"',
+}  # fmt: skip
+"""Answers p1_a to p1_k, each with words of the reason why it is missing."""
+
+
 def test_the_reason_names_the_cell_that_should_have_defined_a_name(sandbox: Sandbox) -> None:
-    cells = [
-        Cell("1/0\nlost = 1"),
-        Cell("x = 1\nimport nosuchlibrary as no"),
-        Cell("p1_a = no.det", "p1.a"),
-        Cell("p1_b = lost", "p1.b"),
-        Cell("import scipy_not_here.linalg as la\np1_c = la.norm([1, 2])", "p1.c"),
-        Cell("p1_d = 0.5^2", "p1.d"),
-        Cell("p1_e = 90\u00b0", "p1.e"),
-        Cell("p1_f = never_set", "p1.f"),
-        Cell("p1_g = Cos(0)", "p1.g"),
-        Cell("p1_h = p1_loss", "p1.h"),
-        Cell("p1_i = [x = 0]", "p1.i"),
-        Cell("p1_j = [x x]", "p1.j"),
-        Cell("p1_k = C  # my choice", "p1.k"),
-    ]
-    reasons = find_answers(cells, [f"p1.{letter}" for letter in "abcdefghijk"], sandbox.run).missing_reasons
-    for name, words in {
-        "p1_a": "'no' cell 2 line 2 (ModuleNotFoundError: nosuchlibrary as no",
-        "p1_b": "NameError: 'lost' cell 1 line 1 (ZeroDivisionError: The line is “p1_b = lost",
-        "p1_c": "NameError: 'la' cell 5 line 1 (ModuleNotFoundError: import scipy_not_here.linalg as la",
-        "p1_d": "a1**2; quotes",
-        "p1_e": "quotes",
-        "p1_f": "No cell above sets never_set. Define it restart the kernel",
-        "p1_g": "write cos",
-        "p1_h": "No cell above sets p1_loss",
-        "p1_i": "write an equation as Eq(theta2, 0)",
-        "p1_k": 'Type the letter of an option in quotes, as in "C"',
-        "p1_j": "comma or a multiplication sign (*)",
-    }.items():
-        assert has_words([reasons[name]], words), reasons[name]
-        assert ("cell 1" in reasons[name]) == (name == "p1_b"), "a cell that does not set the name is no cause"
-        assert "':='" not in reasons[name] and "?" not in reasons[name]
+    parts = [f"p1.{letter}" for letter in "abcdefghijk"]
+    cells = [Cell("1/0\nlost = 1"), Cell("x = 1\nimport nosuchlibrary as no")]
+    cells += [Cell(source, part) for source, part in zip(FAILING_ANSWERS, parts, strict=True)]
+    reasons = find_answers(cells, parts, sandbox.run).missing_reasons
+    for part, words in zip(parts, FAILING_ANSWERS.values(), strict=True):
+        reason = reasons[part.replace(".", "_")]
+        assert has_words([reason], words), reason
+        assert ("cell 1" in reason) == (part == "p1.b"), "a cell that does not set the name is no cause"
+        assert "':='" not in reason and "?" not in reason
 
 
 def test_staff_see_every_cell_that_tried_something_forbidden(sandbox: Sandbox) -> None:
-    cells = [
-        Cell("p1_a = 1", "p1.a"),
-        Cell("secret = open('/etc/passwd').read()"),
-        Cell("x = 1/0"),
-        Cell("import os\nos.system('ls')"),
-    ]
-    result = find_answers(cells, ["p1.a"], sandbox.run)
-    assert [stop.split(" (")[0] for stop in result.forbidden_stops] == [
-        "cell 2 stopped at line 1",
-        "cell 4 stopped at line 2",
-    ]
+    sources = ("secret = open('/etc/passwd').read()", "x = 1/0", "import os\nos.system('ls')")
+    result = find_answers([Cell("p1_a = 1", "p1.a"), *map(Cell, sources)], ["p1.a"], sandbox.run)
+    stops = [stop.split(" (")[0] for stop in result.forbidden_stops]
+    assert stops == ["cell 2 stopped at line 1", "cell 4 stopped at line 2"]
     assert find_answers([Cell("p1_a = 1", "p1.a"), Cell("x = 1/0")], ["p1.a"], sandbox.run).forbidden_stops == []
 
 
 def test_deep_and_long_cells_are_run_but_not_searched(sandbox: Sandbox) -> None:
-    deep = "p1_a = " + "(" * 5000 + "1" + ")" * 5000
-    long = "p1_b = " + " + ".join(["x"] * 20_000) + "\n"
-    cells = [
-        Cell("from sympy import *; x = Symbol('x')"),
-        Cell(deep, "p1.a"),
-        Cell(long),
-        Cell("# " + "x" * 10**6 + "\np1_c = 3", "p1.c"),
-    ]
+    deep = Cell("p1_a = " + "(" * 5000 + "1" + ")" * 5000, "p1.a")
+    long = Cell("p1_b = " + " + ".join(["x"] * 20_000) + "\n")
+    cells = [Cell("from sympy import *; x = Symbol('x')"), deep, long, Cell(f"# {'x' * 10**6}\np1_c = 3", "p1.c")]
     result = find_answers(cells, ["p1.a", "p1.b", "p1.c"], sandbox.run)
     assert result.run.answers.get("p1_c") == "3"
     padded_cells = [Cell("\n" * 10**6 + "x", "p1.a"), Cell(" " * 10**6 + "p1_b", "p1.b", is_code=False)]

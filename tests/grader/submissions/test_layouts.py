@@ -2,7 +2,9 @@
 
 import datetime
 import io
+import json
 import os
+import shutil
 import stat
 import zipfile
 from pathlib import Path
@@ -15,24 +17,22 @@ from qdot.grader.reports.grades_table import find_work_status
 from qdot.grader.submissions.layouts import SubmittedPath, find_submitted_paths
 from qdot.grader.submissions.roster import Roster
 from qdot.grader.submissions.submission import UNCERTAIN_OWNER, find_submissions, open_submissions
+from tests.support import DATA
 from tests.support.results import get_received_time
 from tests.support.submitting import ALL_CORRECT, grade, list_outcomes, make_class, make_correct_notebook, submit
 
 pytestmark = pytest.mark.xdist_group("layouts")
-ROSTER = """student,name,email,moodle id,canvas_id,sid,section
-ada1,Ada Lovelace,ada@example.org,1001,501,A-1,17
-ada2,"Lovelace, Ada",lovelace@example.org,1002,502,A-2,17
-hen,Henri Poincaré,hp@example.org,1003,503,A-3,17
-jose,José Díaz,jd@example.org,,,A-4,18
-eve,Anne-Marie van der Berg,eve@example.org,,,A-5,18
-"""
+DOWNLOADS = DATA / "downloads"
+EXPORTS = json.loads((DOWNLOADS / "exports.json").read_text(encoding="utf-8"))
+"""The files of students, and those of strangers, in the download of each platform."""
+GRADESCOPE = (DOWNLOADS / "submission_metadata.yml").read_text(encoding="utf-8")
 
 
 @pytest.fixture
 def assignment(tmp_path: Path) -> Assignment:
     folder = tmp_path / "hw"
     make_class(folder, [Student("s")])
-    (folder / "roster.csv").write_text(ROSTER)
+    shutil.copyfile(DOWNLOADS / "roster.csv", folder / "roster.csv")
     return load_assignment(folder)
 
 
@@ -50,98 +50,22 @@ def find_owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str
     return files, submissions.not_on_roster, submissions.uncertain_owners
 
 
-EXPORTS: dict[str, tuple[dict[str, list[str]], list[str]]] = {
-    "Moodle in folders": ({
-        "ada1": ["Ada Lovelace_1001_assignsubmission_file_/my work.ipynb"],
-        "ada2": ["Ada Lovelace_1002_assignsubmission_file/hw.ipynb"],
-        "hen": ["Group A-Henri Poincare\u0301_77_assignsubmission_file_/sub/hw.ipynb",
-                "Participant_1003_assignsubmission_file_/hw2.ipynb",
-                "Henri Poincaré_77_assignsubmission_onlinetext_/onlinetext.html"],
-    }, ["Somebody Else_78_assignsubmission_file_/hw.ipynb"]),
-    "Moodle, flat": ({
-        "ada2": ["Ada Lovelace_1002_assignsubmission_onlinetext_onlinetext.html"],
-        "eve": ["Anne-Marie van der Berg_6_assignsubmission_file_hw.zip"],
-        "jose": ["Jose Diaz_5_assignsubmission_file_hw_final_2.ipynb"],
-    }, []),
-    "Canvas": ({
-        "ada1": ["lovelaceada_501_9001_hw.ipynb"], "ada2": ["lovelaceada_LATE_502_9002_hw-1.ipynb"],
-        "eve": ["vanderbergannemarie_777_9003_hw-2.ipynb"], "jose": ["díazjosé_LATE_778_9004_my_work_1.ipynb"],
-        "hen": ["poincaréhenri_503_text.html"],
-    }, ["nobody_999_9005_hw.ipynb"]),
-    "Brightspace": ({
-        "ada1": ["501-99123 - Ada Lovelace - Nov 21, 2026 1105 PM/hw.ipynb"],
-        "hen": ["9-99124 - Henri Poincaré - 21 November, 2026 2305/hw.ipynb"],
-        "eve": ["8-99125 - Anne-Marie van der Berg - Nov 21, 2026 1106 PM/hw.ipynb"],
-    }, ["7-99126 - Some Body - Nov 21, 2026 1107 PM/hw.ipynb"]),
-    "Blackboard": ({
-        "ada1": ["Week 6_ada_attempt_2026-11-21-22-05-07_hw.ipynb"],
-        "ada2": ["Week_6_ada2_attempt_2026-11-21-22-05-07_my_work.ipynb",
-                 "Week_6_ada2_attempt_2026-11-22-22-05-07_my_work.ipynb"],
-    }, ["Week 6_nobody_attempt_2026-11-21-22-05-07_hw.ipynb"]),
-    "ILIAS": ({
-        "hen": ["Poincare_Henri_henri_p_77/hw.ipynb"], "jose": ["Díaz_José_jd_78/hw.ipynb"],
-        "ada1": ["Lovelace_Ada_ada_79/20261121220507_hw.ipynb"],
-    }, ["Body_Some_sb_80/hw.ipynb"]),
-    "GitHub Classroom": ({
-        "ada1": ["hw-ada/hw.ipynb"], "hen": ["hw-hp/hw.ipynb"], "eve": ["hw-eve/hw.ipynb"],
-        "jose": ["hw-A-4/hw.ipynb"],
-    }, ["hw-some-body/hw.ipynb"]),
-    "own identifiers": ({
-        "ada1": ["ADA1/hw.ipynb"], "ada2": ["ada2.zip"], "hen": ["hen.tar.gz"], "jose": ["José Díaz/hw.ipynb"],
-    }, []),
-}  # fmt: skip
-
-
+@pytest.mark.parametrize("parent", ["", "submitted/", "Week 6/submissions/", "a/b/c/d/"])
 @pytest.mark.parametrize("name", EXPORTS)
-def test_each_file_is_assigned_to_its_owner(assignment: Assignment, name: str) -> None:
-    """Roster ids take precedence and ignore case; files outside submissions belong to nobody."""
-    expected, strangers_files = EXPORTS[name]
+def test_each_file_is_assigned_to_its_owner(assignment: Assignment, name: str, parent: str) -> None:
+    """Roster ids take precedence and ignore case; files outside submissions are nobody's; outer folders are opened."""
+    students, strangers_files = EXPORTS[name]["students"], EXPORTS[name]["strangers"]
+    expected = {student: [f"{parent}{path}" for path in paths] for student, paths in students.items()}
+    other_file = {"Brightspace": "index.html", "Blackboard": "Week 6_ada_attempt_2026-11-21-22-05-07.txt"}.get(name, "")
+    others = [] if parent else [other_file] if other_file else [] if strangers_files else ["grades.csv", "README.txt"]
     paths = [path for files in expected.values() for path in files]
     owned, strangers, uncertain = find_owners(
-        assignment,
-        *paths,
-        *strangers_files,
-        *([] if strangers_files else ["grades.csv", "README.txt"]),
-        *(["index.html"] if name == "Brightspace" else []),
-        *(["Week 6_ada_attempt_2026-11-21-22-05-07.txt"] if name == "Blackboard" else []),
+        assignment, *paths, *(f"{parent}{path}" for path in strangers_files), *others
     )
     assert (owned, strangers, uncertain) == (expected, [path.split("/")[0] for path in strangers_files], [])
     submissions = find_submissions(assignment, assignment.folder / "submitted").by_student
-    assert {student for student in expected if submissions[student].flagged_late} == {
-        student for student, (path, *_) in expected.items() if "LATE" in path
-    }
-
-
-GRADESCOPE = """---
-submission_11:
-  :submitters:
-  - :name: Ada Lovelace
-    :sid: 'A-1'
-    :email: ada@example.org
-  :created_at: 2026-11-20 10:11:12.131415000 Z
-  :score: 3.0
-  :status: processed
-  :history:
-  - :id: 1
-    :created_at: 2020-01-01 00:00:00 Z
-submission_12:
-  :submitters:
-  - :name: "Jos\\u00e9 D\\u00edaz"
-    :sid: ''
-    :email:
-  - :name: Henri Poincaré
-    :sid: A-3
-    :email: hp@example.org
-  :created_at: '2026-11-20T23:30:00.000-08:00'
-submission_13:
-  :submitters:
-  - :name: O'Hara
-    :sid: 'it''s'
-    :email: nobody@example.org
-../../hw/secret.txt:
-  :submitters:
-  - :name: Anne-Marie van der Berg
-"""
+    flagged = {student for student in expected if submissions[student].flagged_late}
+    assert flagged == {student for student, (path, *_) in expected.items() if "LATE" in path}
 
 
 def test_gradescope_metadata_has_owners_and_times(assignment: Assignment) -> None:
@@ -251,10 +175,8 @@ def test_submission_times_come_from_the_best_source(assignment: Assignment) -> N
     results, _ = grade(assignment)
     work = {student: result.submission for student, result in results.items() if result.submission}
     from_file = dict.fromkeys(("ada2", "hen", "jose"), "file")
-    assert {student: submission.received_from for student, submission in work.items()} == {
-        "ada1": "Gradescope",
-        **from_file,
-    }
+    sources = {student: submission.received_from for student, submission in work.items()}
+    assert sources == {"ada1": "Gradescope", **from_file}
     assert {student for student in work if results[student].late} == {"hen", "jose"}
     assert get_received_time(results["ada1"]) == "2026-11-20T10:11:12+00:00"
     assert "the platform marked it as late" in results["hen"].staff_notes
@@ -329,19 +251,6 @@ def test_similar_names_match_no_platform(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
     paths = find_submitted_paths(tmp_path)
     assert [path.platform for path in paths] == [""] * 5
-
-
-@pytest.mark.parametrize("parent", ["submitted", "Week 6/submissions", "a/b/c/d"])
-@pytest.mark.parametrize("name", EXPORTS)
-def test_folders_around_an_export_are_opened(assignment: Assignment, name: str, parent: str) -> None:
-    expected, strangers_files = EXPORTS[name]
-    expected_files = {student: [f"{parent}/{path}" for path in paths] for student, paths in expected.items()}
-    owned, strangers, _ = find_owners(
-        assignment,
-        *(path for paths in expected_files.values() for path in paths),
-        *(f"{parent}/{path}" for path in strangers_files),
-    )
-    assert (owned, strangers) == (expected_files, [path.split("/")[0] for path in strangers_files])
 
 
 def test_folders_inside_a_students_folder_are_no_students(assignment: Assignment) -> None:
