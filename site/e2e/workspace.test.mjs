@@ -72,6 +72,20 @@ test("on a very wide screen letters and ticks grow with the page, and the pointe
   assert.deepEqual(wrong, []);
 });
 
+for (const [width, height] of [
+  [900, 700],
+  [1440, 900],
+])
+  test(`the chart of a path is high enough to be read at ${width} x ${height}`, async () => {
+    const options = { viewport: { width, height }, locale: "de-DE" };
+    const { page } = await opened(there, "learn.html?lesson=path", options);
+    await page.locator(".arm-chart-frame svg").waitFor();
+    await drawn(page);
+    const chart = await boxOf(page, ".arm-chart-frame");
+    assert.ok(chart.height > 90, `${chart.height} pixels`);
+    assert.ok(inside(await boxOf(page, ".arm-verdict"), [width, height]), "the words below it are visible");
+  });
+
 for (const robot of ["anthropomorphic-6r", "panda"])
   test(`J and the map of ${robot} are completely visible in a narrow column`, async () => {
     const options = { viewport: { width: 1280, height: 900 } };

@@ -38,8 +38,8 @@ interface DrawingProps extends Stage {
   /** The ends A and B of a path; B can be dragged. */
   readonly target?: { readonly start: Vec3; readonly end: Vec3; readonly move: (to: Vec3) => void } | undefined;
   readonly overlay?: ((view: View) => ComponentChildren) | undefined;
-  /** The points of the overlay at a state, which must be visible. */
-  readonly overlayPointsAt?: ((state: State) => readonly Vec3[]) | undefined;
+  /** The lines of the overlay at a state, which must be visible. */
+  readonly overlayLinesAt?: ((state: State) => readonly (readonly Vec3[])[]) | undefined;
 }
 
 /** What the pointer drags: a link (from 0) at a share of its corners (see shape.ts), P, the path's end, or the view. */
@@ -189,6 +189,7 @@ export function Drawing(props: DrawingProps): JSX.Element {
           <Marks
             {...props}
             {...{ view, isFlat, covered }}
+            overlayLines={props.overlayLinesAt?.(state) ?? NO_LINES}
             ends={target ? { A: target.start, B: target.end } : NO_ENDS}
           />
           {links.map((line, i) => (
@@ -278,6 +279,8 @@ function useOrbit({ arm, home, isRequested }: DrawingProps): [Orbit, StateUpdate
 type StateUpdater = (next: Orbit | ((now: Orbit) => Orbit)) => void;
 
 const NO_POINTS: readonly Vec3[] = [];
+/** Up to this width of the drawing (pixels), the hint on a spatial arm takes two lines. */
+const MAX_WIDTH_WITH_TWO_LINES = 480;
 
 /**
  * Return an enlarged view of the first pose as long as everything drawn stays in sight; else the view of the whole reach,
@@ -301,7 +304,7 @@ function useNearView(
       isFlat && layers.frames ? at.frames.flatMap(({ o, x, y }) => [addScaled(o, x, axis), addScaled(o, y, axis)]) : [];
     const arrows = layers.columns || layers.ellipse ? drawnColumns(arm, at, reach) : [];
     const shownArrows = [...(layers.columns ? arrows : []), ...(layers.ellipse ? edgesOf(arrows, view) : [])];
-    return [...axes, ...shownArrows.map((arrow) => add(at.point, arrow)), ...(props.overlayPointsAt?.(at) ?? [])];
+    return [...axes, ...shownArrows.map((arrow) => add(at.point, arrow)), ...(props.overlayLinesAt?.(at) ?? []).flat()];
   };
   const framing = useMemo(() => {
     if (!isEnlarged) return null;
@@ -309,7 +312,8 @@ function useNearView(
     const fullFirstView = viewOf(arm, extentOf(arm), width, height, firstOrbit);
     const isLost = drawnLostDirection(arm, firstState, measuresOf(arm, firstState), isConcealed) !== null;
     const visiblePoints = [...markedPoints(firstState, fullFirstView), ...pathEnds, ...extraPoints];
-    return framingOf(arm, firstState, visiblePoints, fullFirstView, { isFlat, lineCount: isLost ? 2 : 1 });
+    const lineCount = (isLost ? 2 : 1) + (isFlat || width > MAX_WIDTH_WITH_TWO_LINES ? 0 : 1);
+    return framingOf(arm, firstState, visiblePoints, fullFirstView, { isFlat, lineCount });
   }, [
     isEnlarged,
     arm,
@@ -358,6 +362,7 @@ function useCovered(box: { readonly current: HTMLElement | null }, changes: read
 
 const NO_BOXES: Covered = [];
 const NO_ENDS = {};
+const NO_LINES: readonly (readonly Vec3[])[] = [];
 /** Texts and buttons over a drawing. The hint's box is as wide as the page, so its words are measured. */
 const OVERLAYS = ".arm-readout, .arm-lost-words, .arm-hint > span, .arm-view";
 

@@ -130,12 +130,15 @@ function overlap(a: Pixel, halfA: HalfSize, b: Pixel, halfB: HalfSize): boolean 
   return Math.abs(a[0] - b[0]) < halfA.width + halfB.width && Math.abs(a[1] - b[1]) < halfA.height + halfB.height;
 }
 
+/** The maximum number of points of a side of a polyline: an arrow may be very much longer than the page. */
+const MAX_SAMPLES = 300;
+
 /** Return points along a polyline, about 9 pixels apart. */
 function samplePoints(line: readonly Pixel[]): Pixel[] {
   return line.slice(1).flatMap((end, k) => {
     const start = line[k]!;
     const count = Math.max(1, Math.ceil(Math.hypot(end[0] - start[0], end[1] - start[1]) / 9));
-    return Array.from({ length: count + 1 }, (_, i): Pixel => {
+    return Array.from({ length: Math.min(count, MAX_SAMPLES) + 1 }, (_, i): Pixel => {
       const t = i / count;
       return [start[0] + t * (end[0] - start[0]), start[1] + t * (end[1] - start[1])];
     });

@@ -77,6 +77,8 @@ interface MarksProps extends BodyProps {
   readonly highlightedJoint: number | null;
   /** The ends of a path by name. */
   readonly ends: Readonly<Record<string, Vec3>>;
+  /** Lines of what a page draws over the arm, which labels avoid. */
+  readonly overlayLines: readonly (readonly Vec3[])[];
   /** Boxes over the drawing, which labels avoid. */
   readonly covered: Covered;
 }
@@ -126,6 +128,7 @@ export function Marks(props: MarksProps): JSX.Element {
           wantedLabels(props, arrows),
           [
             ...arm.joints.map((_, i) => linkOf(arm, state, i + 1).map((point) => toPixel(view, point))),
+            ...props.overlayLines.map((line) => line.map((point) => toPixel(view, point))),
             ...(isFlat ? [groundAt(toPixel(view, state.frames[0]!.o))] : []),
             ...[...arrows.axes, ...arrows.columns].map(({ start, vector }) => [
               toPixel(view, start),

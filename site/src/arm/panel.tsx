@@ -44,10 +44,10 @@ export interface ArmProps extends StageRequest {
   readonly overlay?: Overlay | undefined;
 }
 
-/** What a page draws over the arm, and its points at a state of the arm, which must be visible. */
+/** What a page draws over the arm, and its lines at a state of the arm: they must be visible, and labels avoid them. */
 export interface Overlay {
   readonly draw: (stage: Stage, view: View) => ComponentChildren;
-  readonly pointsAt: (stage: OverlayStage) => readonly Vec3[];
+  readonly linesAt: (stage: OverlayStage) => readonly (readonly Vec3[])[];
 }
 
 export type OverlayStage = Pick<Stage, "arm" | "robot" | "reach" | "state">;
@@ -164,7 +164,7 @@ function Panel(props: ArmProps): JSX.Element {
                   {overlay?.draw(stage, view)}
                 </>
               )}
-              overlayPointsAt={overlay && ((state) => overlay.pointsAt({ ...stage, state }))}
+              overlayLinesAt={overlay && ((state) => overlay.linesAt({ ...stage, state }))}
             />
           </div>
           <div class="arm-strip">

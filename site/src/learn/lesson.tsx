@@ -26,7 +26,7 @@ import { Dots } from "./dots.js";
 import { type Lesson, LESSONS } from "./lessons.js";
 import { chooseItem, countNeededArms, isDue, listGuidedItems, type Skill } from "../practice/skills.js";
 import { Sketch } from "./sketch.js";
-import { computeRates, computeVelocity, DialBoard, FIRST_DIALS, pointsOfTool, ToolArrows } from "./tools.js";
+import { computeRates, computeVelocity, DialBoard, FIRST_DIALS, linesOfTool, ToolArrows } from "./tools.js";
 import { WorkspaceChart } from "./workspace.js";
 
 interface LessonProps {
@@ -178,7 +178,7 @@ function Idea(props: LessonProps & Classes & { items: readonly Item[]; onPractis
       tool
         ? {
             draw: (now, view) => <ToolArrows tool={tool} dials={dials} stage={now} view={view} />,
-            pointsAt: (now) => pointsOfTool(tool, dials, now),
+            linesAt: (now) => linesOfTool(tool, dials, now),
           }
         : undefined,
     [tool, dials],

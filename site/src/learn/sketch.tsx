@@ -12,7 +12,7 @@ import { add, addScaled, type Vec3 } from "../arm/vector.js";
 import { FIRST_ORBIT, toPixel, vectorInPixels, type View, viewOf } from "../arm/view.js";
 import { Rich } from "../practice/math.js";
 import { say } from "../text/text.js";
-import { pointsOfTool, SKETCHED_DIALS, type Tool, ToolArrows } from "./tools.js";
+import { linesOfTool, SKETCHED_DIALS, type Tool, ToolArrows } from "./tools.js";
 
 const [WIDTH, HEIGHT] = [320, 220];
 /** Pixels around what is drawn, for joints, the ground and names. */
@@ -49,7 +49,7 @@ export function Sketch({ arm, degrees, tool }: SketchProps): JSX.Element {
     const points = [
       ...state.frames.map(({ o }) => o),
       ...columns.map((vector) => add(state.point, vector)),
-      ...(drawnTool ? pointsOfTool(drawnTool, SKETCHED_DIALS, { arm, state, reach }) : []),
+      ...(drawnTool ? linesOfTool(drawnTool, SKETCHED_DIALS, { arm, state, reach }).flat() : []),
     ];
     const view = fitView(viewOf(arm, extentOf(arm), WIDTH, HEIGHT, FIRST_ORBIT), points);
     return { state, view, reach, columns };

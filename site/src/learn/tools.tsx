@@ -135,10 +135,10 @@ function cornersOfArea({ arm, state, reach }: DrawnStage): Vec3[] {
   return [ZERO, first, add(first, second), second].map((corner) => add(state.point, corner));
 }
 
-/** Return the points of what a tool draws: the corners of the parallelogram, or the heads of arrows. */
-export function pointsOfTool(tool: Tool, dials: Dials, stage: DrawnStage): readonly Vec3[] {
-  if (tool === "area") return cornersOfArea(stage);
-  return listArrows(tool, dials, stage).map(({ start, vector }) => add(start, vector));
+/** Return the lines of what a tool draws: the sides of the parallelogram, or the arrows. */
+export function linesOfTool(tool: Tool, dials: Dials, stage: DrawnStage): readonly (readonly Vec3[])[] {
+  if (tool === "area") return [cornersOfArea(stage)];
+  return listArrows(tool, dials, stage).map(({ start, vector }) => [start, add(start, vector)]);
 }
 
 type OverlayProps = { readonly tool: Tool; readonly dials: Dials; readonly stage: DrawnStage; readonly view: View };

@@ -22,6 +22,6 @@ export function drawTypedColumns(columns: ColumnsAt): Overlay {
         ))}
       </g>
     ),
-    pointsAt: (stage) => vectorsAt(stage).map((vector) => add(stage.state.point, vector)),
+    linesAt: (stage) => vectorsAt(stage).map((vector) => [stage.state.point, add(stage.state.point, vector)]),
   };
 }

@@ -17,7 +17,7 @@ import { armOf, reachOf, stateAt } from "../../src/arm/model.js";
 import { extentOf, firstPose } from "../../src/arm/ranges.js";
 import { add } from "../../src/arm/vector.js";
 import { FIRST_ORBIT, planeNormalOf, ellipseOnPage, toPixel, viewOf } from "../../src/arm/view.js";
-import { pointsOfTool } from "../../src/learn/tools.js";
+import { linesOfTool } from "../../src/learn/tools.js";
 import { ELBOW, PLAIN, PUMA, ROBOTS, SIX } from "./robots.js";
 
 const ALL = { ...ROBOTS, plain: PLAIN, elbow: ELBOW, six: SIX, puma: PUMA };
@@ -95,7 +95,7 @@ it.each(SIZES)("shows all that lessons draw over a planar arm, in all poses, in 
     for (const tool of ["area", "rates", "links", "force"] as const) {
       const state = stateAt(arm, pose);
       const heads = drawnColumns(arm, state, reach).map((arrow) => add(state.point, arrow));
-      const points = [...heads, ...pointsOfTool(tool, { rates: [1, 1], direction: 30 }, { arm, state, reach })];
+      const points = [...heads, ...linesOfTool(tool, { rates: [1, 1], direction: 30 }, { arm, state, reach }).flat()];
       expect(isInView(arm, state, reduceToShow(whole, points), points), `${tool} at ${pose}`).toBe(true);
     }
 });

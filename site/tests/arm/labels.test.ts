@@ -16,3 +16,19 @@ test("a label is placed on the wanted side, unless texts cover it", () => {
 
 test("a label without a visible place is omitted", () =>
   expect(placeLabels([P], [], { ...room, covered: [{ left: 0, right: 200, top: 0, bottom: 120 }] })).toEqual([]));
+
+test("a label avoids an arrow that is much longer than the page, and is placed at once", () => {
+  const start = performance.now();
+  const [label] = placeLabels(
+    [{ name: "P", className: "", place: [100, 100], direction: [1, 0] }],
+    [
+      [
+        [100, 100],
+        [1e9, 100],
+      ],
+    ],
+    { width: 400, height: 300, covered: [] },
+  );
+  expect(Math.abs(label!.y - 100)).toBeGreaterThan(8);
+  expect(performance.now() - start).toBeLessThan(200);
+});
