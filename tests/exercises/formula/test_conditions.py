@@ -83,8 +83,6 @@ COMPARED = [
     (SUM, SPACE, SAME_SUM, OTHER_SUM), (BOTH, SPACE, SAME_BOTH, OTHER_BOTH),
     ("2*theta1 + 3*theta2 = 0", SPACE, SAME_MULTIPLES, ["2*theta1 - 3*theta2 = 0", "theta1 + theta2 = 0"]),
 ]  # fmt: skip
-
-
 IDS = ["fold", "tied", "lines", "slide", "slides", "sum", "two sums", "multiples"]
 
 
@@ -100,9 +98,8 @@ def test_sets_are_compared_independently_of_their_form(
 
 def test_piece_that_is_empty_for_the_lengths_is_neither_right_nor_wrong() -> None:
     short = ConfigurationSpace(JOINTS, Domain({**DOMAIN.roles, "a1": 2.0, "a2": 0.5, "a3": 0.4}))
-    comparison = compare_sets(
-        parse_pieces(parse_formula(SHOULDER), JOINTS), parse_pieces(parse_formula(FOLD), JOINTS), short, "seed"
-    )
+    claimed, reference = (parse_pieces(parse_formula(text), JOINTS) for text in (SHOULDER, FOLD))
+    comparison = compare_sets(claimed, reference, short, "seed")
     assert comparison.is_sound == (None,)
 
 
@@ -123,12 +120,7 @@ def test_invalid_condition_is_refused(text: str) -> None:
 def test_long_claims_do_not_stall_the_comparison(text: str) -> None:
     every_turn = text.startswith(("theta2 = k", "theta2 in"))  # long forms of the correct set
     with contextlib.suppress(ParseError):  # refused or compared, but never stuck
-        assert (
-            compare_sets(
-                parse_pieces(parse_formula(text), JOINTS), parse_pieces(parse_formula(FOLD), JOINTS), SPACE, "seed"
-            ).are_equal
-            is every_turn
-        )
+        assert are_equal_sets(text, FOLD) is every_turn
 
 
 @pytest.mark.parametrize("text", ["sin(theta2) = 0", "sin(theta2)^2 = 0", "tan(theta2) = 0", "1 = cos(theta2)^2"])

@@ -34,9 +34,8 @@ def compute_size(program: exact.ModularProgram) -> exact.Size:
 
 
 def compare(student: str, reference: str, seed: str = "seed", **lengths: Fraction) -> ExactComparison:
-    return exact.compare(
-        compile_program([parse_formula(student)]), compile_program([parse_formula(reference)]), lengths, seed
-    )[0]
+    theirs, ours = (compile_program([parse_formula(text)]) for text in (student, reference))
+    return exact.compare(theirs, ours, lengths, seed)[0]
 
 
 SAME = [
@@ -55,16 +54,12 @@ SAME = [
     ("cos(I*theta1*I + theta2)", "cos(theta1 - theta2)"),
     ("sin(theta1 + 0)*cos(theta2 + 1 - 1)", "sin(theta1)*cos(theta2)"), ("a1 + sqrt(0)*a2", "a1"),
 ]  # fmt: skip
-
-
 DIFFERENT = [
     ("cos(theta1)", "sin(theta1)"), ("cos(theta1 + pi/36)", "cos(theta1 + pi/37*37/36 + pi/720)"),
     ("a1*(1 + 10^-30)", "a1"), ("a1 + 10^-300*theta1", "a1"), ("3.14159265358979323846264338327950288*a1", "pi*a1"),
     ("theta1", "theta1 + 2*pi"), ("1/(sin(theta1)^2 + cos(theta1)^2 - 1)", "a1"), ("a1 + 0/(a2 - a2)", "a1"),
     ("0/(a2 - a2) + a1", "a1"), ("sqrt(2)*a1", "-sqrt(2)*a1"),
 ]  # fmt: skip
-
-
 UNDECIDED = [
     "((((((a1)^900)^900)^900)^900)^900)^900",  # a degree beyond all bounds
     "sqrt(a1^2)", "abs(a1)", "cos(1)", "sin(a1*theta1)", "exp(a1)", "acos(1/2)", "sqrt(7)", "sqrt(I)", "sqrt(-4*I)",
@@ -140,11 +135,8 @@ def test_prime_is_valid_at_both_ends_of_the_range(highest: bool, monkeypatch: py
     monkeypatch.setattr(field, "choose_below", lambda _, limit: limit - 1 - next(samples) if highest else next(samples))
     chosen = choose_field(Stream("none"))
     first = 2**PRIME_BITS // ROOT_ORDER * ROOT_ORDER + ROOT_ORDER + 1
-    candidates = (
-        range(2 ** (PRIME_BITS + 1) // ROOT_ORDER * ROOT_ORDER + 1, 0, -ROOT_ORDER)
-        if highest
-        else range(first, 2**82, ROOT_ORDER)
-    )
+    last = 2 ** (PRIME_BITS + 1) // ROOT_ORDER * ROOT_ORDER + 1
+    candidates = range(last, 0, -ROOT_ORDER) if highest else range(first, 2**82, ROOT_ORDER)
     assert chosen.prime == next(n for n in candidates if sp.isprime(n))
     assert len({chosen.power(k) for k in range(ROOT_ORDER)}) == ROOT_ORDER
 
@@ -171,11 +163,8 @@ def test_long_random_number_combines_two_short_ones() -> None:
 def test_shared_field_changes_after_a_number_of_uses() -> None:
     shared = SharedField()
     fields = [shared.get() for _ in range(2 * USES_PER_FIELD + 1)]
-    assert [k for k, shared_field in enumerate(fields) if shared_field is not fields[k - 1]] == [
-        0,
-        USES_PER_FIELD,
-        2 * USES_PER_FIELD,
-    ]
+    changes = [k for k, shared_field in enumerate(fields) if shared_field is not fields[k - 1]]
+    assert changes == [0, USES_PER_FIELD, 2 * USES_PER_FIELD]
     assert len({shared_field.prime for shared_field in fields}) == 3
     assert SharedField().get() != SharedField().get()
 
@@ -259,10 +248,7 @@ def test_every_further_point_uses_a_new_field(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.usefixtures("one_point")
 def test_undefined_point_does_not_make_an_answer_wrong() -> None:
     """Numerator and denominator share 720 zeros, which random points of a small field often hit."""
-    theirs, ours = (
-        compile_program([parse_formula("a1*(a1^720 - 1)/(a1^720 - 1)")]),
-        compile_program([parse_formula("a1")]),
-    )
+    theirs, ours = (compile_program([parse_formula(text)]) for text in ("a1*(a1^720 - 1)/(a1^720 - 1)", "a1"))
     comparisons = [exact.compare(theirs, ours, {}, f"trial/{k}", choose_small_field)[0] for k in range(300)]
     assert {result.is_equal for result in comparisons} == {True}
 
@@ -311,14 +297,10 @@ def test_size_is_computed_from_the_formula(
 
 def test_error_chance_follows_from_degree_and_height() -> None:
     """5 of 2^10 points, and 7.5 bits in primes of 10 bits, of which there are 100."""
-    assert bound_chance_of_agreement(exact.Size(3, 4, 0, 2), exact.Size(1, 5, 2, 1), 10, 100) == pytest.approx(
-        5 / 2**10 + 7.5 / 10 / 100
-    )
-    assert bound_chance_of_agreement(exact.Size(0, 4, 2, 1), exact.Size(3, 5, 0, 2), 10, 100) == pytest.approx(
-        5 / 2**10 + 7 / 10 / 100
-    )
-    assert bound_chance_of_agreement(exact.Size(0, -inf), exact.Size(0, -inf)) == 0
-    assert bound_chance_of_agreement(exact.Size(2.0**90, 0), exact.Size(0, 0)) == 1
+    size, bound = exact.Size, bound_chance_of_agreement
+    assert bound(size(3, 4, 0, 2), size(1, 5, 2, 1), 10, 100) == pytest.approx(5 / 2**10 + 7.5 / 10 / 100)
+    assert bound(size(0, 4, 2, 1), size(3, 5, 0, 2), 10, 100) == pytest.approx(5 / 2**10 + 7 / 10 / 100)
+    assert bound(size(0, -inf), size(0, -inf)) == 0 and bound(size(2.0**90, 0), size(0, 0)) == 1
 
 
 def test_identical_programs_are_compiled_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,16 +1,44 @@
-"""Parsing: common notation is understood, hostile text is handled quickly, and nothing is ever executed."""
+"""Parsing formulas and LaTeX: notation is understood, hostile text is handled quickly, nothing is executed."""
 
+import ast
 import contextlib
+import json
 import math
+import re
 import time
+import unicodedata
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from qdot.exercises.formula import names, notation, parser
+from qdot.exercises.formula.equality import Domain
+from qdot.exercises.formula.latex import COMMAND_NAMES, UnknownLatex, parse_latex
+from qdot.exercises.formula.layout import (
+    ACCENTS,
+    EMPTY,
+    MINUS,
+    PLUS,
+    SPACES,
+    Layout,
+    number,
+    row,
+    script,
+    split_at,
+    split_terms,
+)
+from qdot.exercises.formula.notation import to_plain_text
 from qdot.exercises.formula.parser import MAX_LENGTH, parse_formula
+from qdot.exercises.formula.printers.latex import print_latex
+from qdot.exercises.formula.printers.speech import print_speech
 from qdot.exercises.formula.program import compile_program, evaluate
+from qdot.exercises.formula.styles import STYLES
+from qdot.exercises.formula.tables import convert_numbers, convert_table
 from qdot.exercises.formula.trees import (
     Node,
     ParseError,
@@ -20,6 +48,10 @@ from qdot.exercises.formula.trees import (
     format_tree,
     has_blank,
 )
+from qdot.exercises.formula.vocabulary import VOCABULARY
+from qdot.grader.judging.verdict import Outcome
+from tests.support import DATA
+from tests.support.judging import judge_singular
 from tests.support.suites import sample_for_suite, select_for_suite
 
 VALUES = {
@@ -211,3 +243,231 @@ def test_at_most_twelve_plus_minus_signs_are_parsed(sign: str) -> None:
     parse_formula(f"{sign}a2" * 12)
     with pytest.raises(ParseError, match=r"the answer has 13 signs ±"):
         parse_formula(f"{sign}a2" * 13)
+
+
+WORKED_OUT = [
+    ("2*[1, 3]", [[2], [6]]), ("[[1, 2], [3, 4]]/2", [[0.5, 1], [1.5, 2]]), ("-[1; 2]", [[-1], [-2]]),
+    ("[1, 2] + 2*[3, 4]", [[7], [10]]), ("[1; 2] - [3; 4]", [[-2], [-2]]), ("[[1, 2], [3, 4]] [5; 6]", [[17], [39]]),
+    ("1/2 [[1, 2], [3, 4]] * [5, 6]", [[8.5], [19.5]]), ("[[5, 6]]*[[1, 2], [3, 4]]", [[23, 34]]),
+    ("[[1, 2], [3, 4]]^-1", [[-2, 1], [1.5, -0.5]]),
+    ("inv([2, 0, 0; 0, 4, 0; 0, 0, 1])", [[0.5, 0, 0], [0, 0.25, 0], [0, 0, 1]]),
+    ("([[1, 2], [3, 4]] [[1, 0], [0, 2]])^T", [[1, 3], [4, 8]]), ("[1 + 2] 3", [[9]]),
+    ("[1, 2][3, 4]", [[1, 2], [3, 4]]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "expected"), WORKED_OUT)
+def test_matrix_operations_are_computed(text: str, expected: list[list[float]]) -> None:
+    rows = as_matrix(parse_formula(text))
+    values = [evaluate(compile_program(row), {}, 1).values[:, 0].real.tolist() for row in rows]
+    assert [pytest.approx(row) for row in expected] == values
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[1, 2]*[3, 4]", "there is no product of a 2 × 1 and a 2 × 1"),
+        ("[1, 2] + 3", "there is no sum of a 2 × 1 matrix and a number"),
+        ("3/[1, 2]", "there is no quotient of a 2 × 1 matrix and a number"),
+        ("[[1, 2], [3, 4]]^2", "computes no other power"), ("[[1, 2, 3], [4, 5, 6]]^-1", "computes no other power"),
+        ("[a; b; c] = [1, 2]", "there is no equation of a 3 × 1 and a 2 × 1"),
+        ("1 + J(q) = 3", "the function 'J' is unknown"),
+        ("[1, 2, 3][1, 2]", "two lists of different lengths"), ("[[[1]], 2]*3", "a list that is not a matrix"),
+        ("a1[0]", "unexpected '['"), ("a1/a2 a3", "/a2 a3 is ambiguous"),
+        ("sin theta1 + theta2", "a function without brackets comes before"),
+    ],
+)  # fmt: skip
+def test_invalid_or_ambiguous_product_is_refused(text: str, message: str) -> None:
+    with pytest.raises(ParseError) as refused:
+        parse_formula(text)
+    assert message in str(refused.value)
+
+
+def test_tables_with_the_expected_shape_are_parsed() -> None:
+    for text in ("a\tb\nc\td", "| a   b |\n| c   d |", "a b\nc d", "a, b\nc, d", "a, b,\nc, d", "[a, b\n c, d]",
+                 "[a b\n c d]", "J = [a b; c d];", "J =\na b\nc d", "a b; c d"):  # fmt: skip
+        assert convert_table(text, (2, 2)) == "[[a, b], [c, d]]", text
+    assert convert_table("[a -b; c d]", (2, 2)) == "[[a, -b], [c, d]]"
+    assert convert_table("a\n-b", (2, 1)) == "[a, -b]"
+    for goes_on in ("a\n+ b", "a\n- b", "a\n* b", "a\nb\nc", "a, b\nc"):
+        assert convert_table(goes_on, (2, 1)) is None
+    for not_two in ("[a - b; c d]", "[a b c; d e]", "[a b; c d; e f]", "a b\nc d e", "a, , b\nc, d"):
+        assert convert_table(not_two, (2, 2)) is None
+
+
+def test_spaced_comma_separates_entries_with_decimal_commas() -> None:
+    assert convert_table("0,5*a , b; 2 , 1,5", (2, 2)) == "[[0.5*a, b], [2, 1.5]]"
+    assert convert_table("0,5\t1,5\n2\t3", (2, 2)) == "[[0.5, 1.5], [2, 3]]"
+    assert convert_table("[0,5*a, b]", (2, 1)) == "[0.5*a, b]"
+    for unclear in ("[1,2 x; 3,4 y]", "[0,5*a,b; 1, 2]"):
+        assert convert_table(unclear, (2, 2)) is None
+
+
+def test_numbers_with_decimal_commas_are_separated() -> None:
+    assert convert_numbers("0,5; -1,25", 2) == convert_numbers("(0,5 | -1,25)", 2) == "[0.5, -1.25]"
+    assert convert_numbers("[0,5 , -1,25]", 2) == convert_numbers("[0,5 ,-1,25]", 2) == "[0.5, -1.25]"
+    assert convert_numbers("0.5 rad/s and -1.25 rad/s", 2) == "[0.5, -1.25]"
+    assert {convert_numbers(size, 2) for size in ("3 × 6", "3x6", "3 × 6", "3 by 6")} == {"[3, 6]"}
+    for unclear in ("0,5,-1,25", "3 x", "3 x a", "3by6", "0,5, -1,25, 3", "{0.5, -1.25}", "0.5 -1.25"):
+        assert convert_numbers(unclear, 2) is None
+
+
+TABLES = (
+    "functions", "constants", "whole_numbers", "before_whole_numbers", "modules", "letters", "spelled_letters",
+    "undefined", "blank", "call_meanings", "binding_calls", "whole_number_sets", "units", "superscripts", "signs",
+    "look_alikes", "latex",
+)  # fmt: skip
+GRAMMAR = {
+    "pi", "sqrt", "sin", "cos", "rate", "in", "and", "or", "list", "set", "eq", "name", "qd", "begin", "...",
+    "Derivative", "theta", "radians", "matrix", "image", "diagonal", "condition", "transposed", "inverse", "±", "…",
+}  # fmt: skip
+"""Words with a meaning in the grammar itself, kinds of nodes with the same names, and the mark of a shortened text."""
+
+
+def list_words(table: Any) -> Iterator[str]:
+    if isinstance(table, str):
+        yield table
+    else:
+        for word in table:
+            yield from list_words(word)
+        if isinstance(table, dict):
+            yield from list_words(list(table.values()))
+
+
+def test_parser_modules_contain_no_vocabulary() -> None:
+    """The site would not know a synonym that is added in a Python module."""
+    listed = {word.strip() for table in TABLES for word in list_words(VOCABULARY[table])}
+    listed = {word for word in listed if len(word) > 1 or not word.isascii()}
+    for module in (names, notation, parser):
+        tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+        constants = [node for node in ast.walk(tree) if isinstance(node, ast.Constant)]
+        texts = {node.value for node in constants if isinstance(node.value, str)}
+        subscripts = [node for node in ast.walk(tree) if isinstance(node, ast.Subscript)]
+        keys = {node.slice.value for node in subscripts if isinstance(node.slice, ast.Constant)}
+        assert {text.strip() for text in texts - keys} & listed <= GRAMMAR, module.__name__
+
+
+def list_patterns() -> list[tuple[str, str]]:
+    habits = [(habit["about"], habit["pattern"]) for habit in VOCABULARY["habits"]]
+    return [*VOCABULARY["patterns"].items(), *habits]
+
+
+@pytest.mark.parametrize(("name", "pattern"), list_patterns())
+def test_pattern_is_portable_to_browsers(name: str, pattern: str) -> None:
+    """The only character class is \\w inside brackets, which the browser expands."""
+    assert not re.search(r"(?<!\\)(?:\\\\)*\\[bBdDsSWAZ]|\(\?P|\(\?#|\(\?[a-z]", pattern)
+    outside = re.sub(r"(?<!\\)\[(?:[^\]\\]|\\.)*\]", "", pattern)
+    assert "\\w" not in outside
+    re.compile(pattern)
+
+
+def test_every_function_is_evaluable() -> None:
+    for name in VOCABULARY["functions"]:
+        arguments = ", ".join(["0.5"] * VOCABULARY["arity"].get(name, names.ARITY.get(names.FUNCTIONS[name], 1)))
+        value = evaluate(compile_program([parse_formula(f"{name}({arguments})")]), {}, 1).values[0, 0]
+        assert abs(value) < 10, name
+
+
+def test_digits_of_all_scripts_are_parsed() -> None:
+    for zero in VOCABULARY["zeros"]:
+        digits = "".join(chr(ord(zero) + k) for k in range(10))
+        assert [unicodedata.decimal(digit) for digit in digits] == list(range(10))
+        assert to_plain_text(f"{digits}*a1", {"a1"}) == "0123456789*a1"
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("１２ a1", "12 a1"), ("٣*a1", "3*a1"), ("a1 ＋ （a2）", "a1+(a2)"), ("1．5", "1.5"), ("a1; ", "a1"),
+        ("0.3 m ", "0.3"),
+        ("a1\u2062cos\u2061(θ1)", "a1*cos(theta1)"), ("a1\u200b*a2", "a1*a2"), ("theta2 ∈ {0, π}", "theta2 in {0, pi}"),
+        ("theta1 = 0 ∨ theta2 = 0", "theta1 = 0 or theta2 = 0"), ("a1\u202f+ a2", "a1+a2"),
+    ],
+)  # fmt: skip
+def test_unicode_variants_are_parsed(typed: str, meant: str) -> None:
+    symbols = {"a1", "a2", "theta1", "theta2"}
+    assert parse_formula(typed, symbols) == parse_formula(meant, symbols)
+
+
+@pytest.mark.parametrize("text", ["det(J) = 0", "|J| = 0", "$det J = 0$", r"\det(J) = 0.0", "det(J)=0;"])
+def test_vanishing_determinant_is_not_a_joint_value(text: str) -> None:
+    """It holds for every arm, and was once read as theta2 = 0."""
+    domain = Domain({"theta1": "angle", "theta2": "angle"})
+    judged = judge_singular(text, ["theta2 = 0", "theta2 = pi"], ["theta1", "theta2"], domain, "s")
+    assert judged.outcome is Outcome.WRONG
+
+
+WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_text(encoding="utf-8").splitlines()]
+
+
+def test_latex_is_parsed_to_a_layout() -> None:
+    a, index = Layout("letter", "a"), row(*number("1"))
+    assert parse_latex("a_{1}") == row(script(a, index))
+    assert parse_latex("a_1^{2}") == row(script(a, index.inner[0], row(*number("2"))))
+    assert parse_latex("-a") == row(MINUS, a) and parse_latex("{}") == row(EMPTY)
+    assert parse_latex(r"\frac12").inner == (Layout("fraction", "frac", (*number("1"), *number("2"))),)
+    assert parse_latex("0{,}5") == row(*number("0,5"))
+
+
+@pytest.mark.parametrize("text", WRITTEN)
+def test_printed_latex_parses_to_the_same(text: str) -> None:
+    shown = print_latex(parse_latex(text))
+    assert print_latex(parse_latex(shown)) == shown
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"-a_{1} s_{12} + 0.35 c_{1} (a_{2} - 1)", r"\tfrac{1}{2}\, a_{1}", r"\cos^{2} \varphi'_{1}\, \dot{\theta}_{2}",
+        r"\left(\theta_{1} + \frac{\pi}{6}\right)^{2}", r"\text{atan2}(a_{1}, -2)", r"90^\circ", "0{,}5",
+        r"\theta_{2} \in \left\{0, \pi\right\}", r"\begin{bmatrix} a & -b \\ \sqrt{2} & 0 \end{bmatrix} = J^T",
+        r"{}^{2}z_{i-1} \times p^*_{i,j}",
+        r"\vec{v} = \mathbf{J} \ddot{\boldsymbol{q}}", r"A^\top \in \mathbb{R}^{3}",
+        r"\operatorname{rank} J \neq \max_{i} n",
+        r"\left\|\frac{a}{b}\right\|", r"\begin{pmatrix} a \\ b \end{pmatrix}", r"\left\langle a, b\right\rangle",
+        r"f = \begin{cases} x & \text{if } x \ge 0 \\ -x & \text{else} \end{cases}", r"\int_{0}^\infty f\, \nabla g",
+        r"1.2 \cdot 10^{-6}\,\text{rad/s}", r"\begin{aligned} a & = {} - b \\[6pt] c & = d \end{aligned}",
+    ],
+)  # fmt: skip
+def test_latex_is_printed_unchanged(text: str) -> None:
+    assert print_latex(parse_latex(text)) == text
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r"\foo{a}", r"\begin{array} a \end{array}", r"\text{a \b}", r"\left\foo a\right)", "a_1_2", "a^b^c",
+            "a_{1", "a}", r"\left( a", r"x \end{bmatrix}", r"\sqrt[3]{x}",
+        "a & b", r"a \\ b", "%", "$", r"\begin{bmatrix} a", "x''''", "a_", r"\left( a }",
+    ],
+)  # fmt: skip
+def test_unknown_latex_is_refused_by_name(text: str) -> None:
+    with pytest.raises(UnknownLatex, match=r" in ['\"]"):
+        parse_latex(text)
+
+
+@pytest.mark.parametrize(("text", "printed"), [
+    (r"a \ne b \ldots", r"a \neq b \dots"), (r"\bigl( \lVert v\rVert \bigr)", r"(\| v \|)"),
+    (r"\mathrm{d}t", r"\text{d} t"),
+    (r"\mathrm{a_1}", "a_1"), (r"\begin{bmatrix} 1 \\ 2 \\ \end{bmatrix}", r"\begin{bmatrix} 1 \\ 2 \end{bmatrix}"),
+])  # fmt: skip
+def test_other_names_of_a_sign_are_parsed(text: str, printed: str) -> None:
+    assert print_latex(parse_latex(text)) == printed
+
+
+def test_every_symbol_has_a_printed_form() -> None:
+    """Each name becomes the same sign when it is printed and parsed again, and screen readers have a word for it."""
+    for name in COMMAND_NAMES:
+        argument = r"{a}{b}" if name in ("frac", "tfrac", "dfrac", "sqrt", *ACCENTS, *STYLES) else ""
+        if name in ("text", "textrm", "operatorname", "left", "right", "begin", "end"):
+            continue
+        formula = parse_latex(f"\\{name}{argument}")
+        assert print_latex(parse_latex(print_latex(formula))) == print_latex(formula)
+        assert print_speech(formula).isascii() or name in SPACES, name
+
+
+def test_terms_are_split_at_signs_outside_brackets() -> None:
+    terms = split_terms(parse_latex("-a + b (c - d) - (e + f)^{2} = -g").inner)
+    shown = [print_latex(row(EMPTY, *term)) for term in terms]
+    assert shown == ["{} - a", "{} + b (c - d)", "{} - (e + f)^{2} = -g"]
+    assert [print_latex(row(*part)) for part in split_at(parse_latex("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]

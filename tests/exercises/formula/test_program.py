@@ -40,12 +40,8 @@ def test_atan2_keeps_the_quadrant() -> None:
 def test_equal_subexpressions_are_compiled_once() -> None:
     assert len(compile_program([parse_formula("sin(x)*cos(x) + sin(x)*cos(x)"), parse_formula("sin(x)")]).steps) == 5
     assert len(compile_program([parse_formula("x + y" + " + x - x" * 1000)]).steps) == 3
-    assert (
-        evaluate(
-            compile_program([parse_formula("x - (y - x) - -(x + y)")]), {"x": np.ones(1), "y": np.ones(1)}, 1
-        ).values
-        == 3
-    )
+    program = compile_program([parse_formula("x - (y - x) - -(x + y)")])
+    assert evaluate(program, {"x": np.ones(1), "y": np.ones(1)}, 1).values == 3
 
 
 def test_magnitude_includes_cancelling_terms() -> None:
@@ -117,11 +113,8 @@ def test_fractional_exponent_is_not_an_integer_power() -> None:
 
 
 def compute_magnitude(text: str, **values: float) -> float:
-    return float(
-        evaluate(compile_program([parse_formula(text)]), {n: np.array([v]) for n, v in values.items()}, 1).magnitudes[
-            0, 0
-        ]
-    )
+    columns = {name: np.array([value]) for name, value in values.items()}
+    return float(evaluate(compile_program([parse_formula(text)]), columns, 1).magnitudes[0, 0])
 
 
 def compute_slope(text: str, name: str, **values: float) -> float:
@@ -158,16 +151,13 @@ def test_magnitude_of_binary_function_propagates_those_of_its_operands(u: float,
 
 
 def test_powers_of_zero_have_values_and_magnitudes() -> None:
-    value, magnitudes = evaluate(
-        compile_program([parse_formula("x**0"), parse_formula("x**1"), parse_formula("x**2")]), {"x": np.zeros(1)}, 1
-    )
+    program = compile_program([parse_formula(text) for text in ("x**0", "x**1", "x**2")])
+    value, magnitudes = evaluate(program, {"x": np.zeros(1)}, 1)
     assert value[:, 0].tolist() == [1, 0, 0]
     assert magnitudes[:, 0].tolist() == [1, 0, 0]
     assert compute_magnitude("(x - x)**0", x=2.0) == 1
-    value, magnitudes = evaluate(
-        compile_program([parse_formula("(x - y)**y")]), {"x": np.full(1, 2.0), "y": np.full(1, 2.0)}, 1
-    )
-    assert value[0, 0] == 0
+    program = compile_program([parse_formula("(x - y)**y")])
+    assert evaluate(program, {"x": np.full(1, 2.0), "y": np.full(1, 2.0)}, 1).values[0, 0] == 0
 
 
 def test_sign_function_has_three_values() -> None:
@@ -179,11 +169,8 @@ def test_sign_function_has_three_values() -> None:
 
 def list_regions(text: str, points: int, **values: list[Any]) -> list[int]:
     program = compile_program([parse_formula(text)])
-    return list(
-        assign_regions(
-            [(program, evaluate_steps(program, {n: np.array(v) for n, v in values.items()}, points))], points
-        )
-    )
+    steps = evaluate_steps(program, {name: np.array(column) for name, column in values.items()}, points)
+    return list(assign_regions([(program, steps)], points))
 
 
 def test_regions_are_separated_by_signs_of_operands() -> None:

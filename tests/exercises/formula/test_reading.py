@@ -13,7 +13,6 @@ from tests.support.suites import sample_for_suite, select_for_suite
 ANGLES = dict.fromkeys(("theta1", "theta2", "theta3", "alpha1"), "angle")
 LENGTHS = dict.fromkeys(("a1", "a2", "a3"), "length")
 DOMAIN = Domain({**ANGLES, **LENGTHS, **dict.fromkeys(("d3", "qd1", "qd2", "vx", "vy", "wz"), "signed")})
-
 POSITION = "a1*cos(theta1) + a2*cos(theta1 + theta2)"
 POSITIONS = [
     r"a_1 \cos\theta_1 + a_2\cos(\theta_1+\theta_2)",
@@ -40,8 +39,6 @@ POSITIONS = [
     r"a_1 c\left(\theta_1\right)+a_2(c\theta_1c\theta_2-s\theta_1s\theta_2)", "a1 cth1 + a2 c_q12",
     "a1 cos_1 + a2 cos_{12}", "a1c theta1 + a2c(theta12)",
 ]  # fmt: skip
-
-
 WRITINGS = {
     "qd1": ["Derivative(theta1(t), t)", "diff(theta1,t)", "theta1.diff(t)", r"\dot{\theta}_1", r"\dot\theta_1",
             r"\dot{\theta_1}", r"\dot{\theta_{1}}",
@@ -181,10 +178,8 @@ def test_symbols_of_the_problem_take_precedence_over_habits() -> None:
 
 def test_names_are_split_only_at_dots_without_a_problem() -> None:
     assert parse_formula("a1a2").value == "a1a2"
-    assert (
-        parse_formula("a1.a2.sin(theta2)") == parse_formula("a1*a2*sin(theta2)")
-        and parse_formula("a1.foo").value == "a1.foo"
-    )
+    assert parse_formula("a1.a2.sin(theta2)") == parse_formula("a1*a2*sin(theta2)")
+    assert parse_formula("a1.foo").value == "a1.foo"
 
 
 @pytest.mark.parametrize(

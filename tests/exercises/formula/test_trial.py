@@ -21,11 +21,15 @@ from qdot.exercises.formula.equality import (
 )
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program
-from qdot.exercises.formula.trees import find_names
+from qdot.exercises.formula.trees import Node, find_names
 
 ZERO = "sin(theta1 + theta2) - sin(theta1)*cos(theta2) - cos(theta1)*sin(theta2)"
 HUGE = f"10^30*({ZERO})"
 """Zero, with terms so large that 50 digits leave 1e-20."""
+
+
+def parse_both(*answers: str | list[str]) -> list[list[Node]]:
+    return [[parse_formula(text) for text in ([each] if isinstance(each, str) else each)] for each in answers]
 
 
 def make_comparison(
@@ -33,9 +37,7 @@ def make_comparison(
     allowed: tuple[float, float] = (0.0, 0.0), **values: list[float],
 ) -> Any:  # fmt: skip
     """Make a comparison of two answers at the given values, or at random points."""
-    theirs, ours = (
-        [parse_formula(text) for text in ([text] if isinstance(text, str) else text)] for text in (student, reference)
-    )
+    theirs, ours = parse_both(student, reference)
     used = set().union(*(find_names(node) for node in theirs + ours))
     points = len(next(iter(values.values()))) if values else points
     at = Domain({name: choose_default_role(name) for name in used}).sample(used, points, Stream("trial"))
@@ -45,9 +47,7 @@ def make_comparison(
 
 
 def compare(student: str | list[str], reference: str | list[str], rounding: Rounding | None = None) -> Comparison:
-    theirs, ours = (
-        [parse_formula(text) for text in ([text] if isinstance(text, str) else text)] for text in (student, reference)
-    )
+    theirs, ours = parse_both(student, reference)
     used = set().union(*(find_names(node) for node in theirs + ours))
     return compare_entries(theirs, ours, Domain({name: choose_default_role(name) for name in used}), "seed", rounding)
 
@@ -104,9 +104,6 @@ def test_term_scales_fall_back_to_the_largest_entry() -> None:
     assert equality._compute_term_scales(np.array(sizes)).tolist() == scales
 
 
-SIGNS = [f"sqrt((theta{k} - 1)^2)" for k in range(1, 6)]
-
-
 def test_chosen_points_cover_regions_and_the_largest_differences() -> None:
     text = " + ".join(f"abs(theta{k})" for k in range(1, 6))
     comparison = make_comparison(text, text, 2000)
@@ -125,11 +122,8 @@ def test_largest_differences_are_relative_to_rounding() -> None:
     comparison.difference[0], comparison.allowed_error[0], comparison.rounding_error[0] = 10.0, 0.0, 10.0
     rows = {11: (20, 0, 2), 12: (2, 0, 0.1), 13: (30, 10, 1.5), 14: (40, 39, 3), 15: (100, 0, 50)}
     for point, (off, room, noise) in rows.items():
-        comparison.difference[0, point], comparison.allowed_error[0, point], comparison.rounding_error[0, point] = (
-            off,
-            room,
-            noise,
-        )
+        comparison.difference[0, point], comparison.allowed_error[0, point] = off, room
+        comparison.rounding_error[0, point] = noise
     assert comparison._choose_points(0)[0] == 0  # of the only region
     assert sorted(comparison._choose_points(0)[1:]) == [11, 12, 13]
 
@@ -181,13 +175,8 @@ def test_relative_rounding_applies_where_the_reference_is_defined() -> None:
 def test_number_of_precise_evaluations_is_limited() -> None:
     comparison = make_comparison("sqrt(a1^2)", "a1")
     comparison.remaining_evaluations = 3
-    assert [comparison._evaluate_precisely(point, 50) is None for point in range(5)] == [
-        False,
-        False,
-        False,
-        True,
-        True,
-    ]
+    is_left_out = [comparison._evaluate_precisely(point, 50) is None for point in range(5)]
+    assert is_left_out == [False, False, False, True, True]
     assert comparison._evaluate_precisely(1, 50) is not None  # cached
 
 
