@@ -26,12 +26,8 @@ def translate(x: float, y: float, z: float | Matrix) -> Matrix:
 
 def compute_origin_pose(xyz: Sequence[float], rpy: Sequence[float] | Matrix) -> Matrix:
     """Return the pose of an origin of a URDF."""
-    return (
-        translate(xyz[0], xyz[1], xyz[2])
-        @ rotate_about("z", rpy[2])
-        @ rotate_about("y", rpy[1])
-        @ rotate_about("x", rpy[0])
-    )
+    turn = rotate_about("z", rpy[2]) @ rotate_about("y", rpy[1]) @ rotate_about("x", rpy[0])
+    return translate(xyz[0], xyz[1], xyz[2]) @ turn
 
 
 def compute_exponential(
@@ -43,8 +39,5 @@ def compute_exponential(
     if is_prismatic:
         return np.eye(4) + value * np.pad(u[:, None], ((0, 1), (3, 0)))
     cross = np.pad([[0, -u[2], u[1]], [u[2], 0, -u[0]], [-u[1], u[0], 0]], (0, 1))
-    return (
-        translate(*point)
-        @ (np.eye(4) + np.sin(value) * cross + (1 - np.cos(value)) * cross @ cross)
-        @ translate(*-point)
-    )
+    turn = np.eye(4) + np.sin(value) * cross + (1 - np.cos(value)) * cross @ cross
+    return translate(*point) @ turn @ translate(*-point)

@@ -37,27 +37,21 @@ def read_pieces(chain: Chain, texts: Iterable[str]) -> list[Piece]:
 
 
 def read_singular_set(chain: Chain) -> list[Piece]:
-    """Return the pieces of the singular set of a chain."""
-    return read_pieces(
-        chain, (text for component in find_singular_set(chain) or () for text in component.list_pieces())
-    )
+    components = find_singular_set(chain) or ()
+    return read_pieces(chain, (text for component in components for text in component.list_pieces()))
 
 
 def compare_with_book(chain: Chain, ours: list[Piece], book: Iterable[str]) -> SetComparison:
     """Compare pieces with the conditions that a book prints, for any lengths."""
-    return compare_sets(
-        ours, read_pieces(chain, book), ConfigurationSpace([q.name for q in chain.q], make_domain(chain)), chain.name
-    )
+    space = ConfigurationSpace([q.name for q in chain.q], make_domain(chain))
+    return compare_sets(ours, read_pieces(chain, book), space, chain.name)
 
 
 def assert_same_set(chain: Chain, ours: list[Piece], book: Iterable[str]) -> None:
     """Assert that the pieces cover each condition of a book, and nothing else."""
     comparison = compare_with_book(chain, ours, book)
-    assert comparison.are_equal and all(comparison.is_covered) and all(comparison.is_sound), (
-        chain.name,
-        comparison.missing,
-        comparison.surplus,
-    )
+    is_same = comparison.are_equal and all(comparison.is_covered) and all(comparison.is_sound)
+    assert is_same, (chain.name, comparison.missing, comparison.surplus)
 
 
 @dataclass(frozen=True)
@@ -76,22 +70,15 @@ class Search:
     def are_in(self, claims: list[Piece], tolerance: float = SEARCH_TOLERANCE) -> np.ndarray:
         """Return for each reached configuration whether it is in a set."""
         joints, count = [q.name for q in self.chain.q], len(self.reached)
-        values = dict(zip(joints, self.reached.T, strict=True)) | {
-            k: np.full(count, v) for k, v in self.lengths.items()
-        }
-        return ConfigurationSpace(joints, make_domain(self.chain, self.lengths)).contains(
-            claims, values, count, tolerance
-        )
+        values = dict(zip(joints, self.reached.T, strict=True))
+        values |= {name: np.full(count, length) for name, length in self.lengths.items()}
+        space = ConfigurationSpace(joints, make_domain(self.chain, self.lengths))
+        return space.contains(claims, values, count, tolerance)
 
 
 def search_singularities(chain: Chain, seed: str, count: int = 12) -> Search:
-    """Search for singular configurations of an arm from random starts."""
     stream = Stream(seed)
     lengths = sample_lengths(chain, stream)
     starts = np.array([[stream.uniform(-3, 3) for _ in chain.q] for _ in range(count)])
-    return Search(
-        chain,
-        lengths,
-        starts,
-        find_singular_configurations(NumericChain(chain, lengths), starts, list_task_rows(chain)),
-    )
+    reached = find_singular_configurations(NumericChain(chain, lengths), starts, list_task_rows(chain))
+    return Search(chain, lengths, starts, reached)

@@ -14,17 +14,8 @@ from qdot.exercises.derivation.derivation import derive
 from tests.support.suites import select_for_suite
 
 DIRECTIONS = (
-    (0, 0, 1),
-    (1, 0, 0),
-    (0, 1, 0),
-    (1, 1, 0),
-    (0, 3, 4),
-    (1, 2, 2),
-    (1, -1, 1),
-    (0, 1, 1),
-    (2, 3, 6),
-    (1, 2, 3),
-)
+    (0, 0, 1), (1, 0, 0), (0, 1, 0), (1, 1, 0), (0, 3, 4), (1, 2, 2), (1, -1, 1), (0, 1, 1), (2, 3, 6), (1, 2, 3),
+)  # fmt: skip
 A1, A2 = sp.symbols("a1 a2")
 LENGTHS = {A1: sp.Rational(7, 10), A2: sp.Rational(3, 10)}
 
@@ -45,13 +36,9 @@ def test_table_keeps_oblique_axes_exact(seed: int) -> None:
     point = sample_point() + 2 * open_length + (sp.Matrix([A2, 0, 0]) if seed % 3 == 0 else sp.zeros(3, 1))
     base, joints, tool = convert_axes(axes, point, len(axes))
     home_axes, home_point = compute_home_geometry(Chain("oblique", joints, ("vx",), base, tool))
-    differences = [
-        home_point - point,
-        *(home.direction - axis.direction for home, axis in zip(home_axes, axes, strict=True)),
-    ]
-    differences += [
-        (f.point - a.point).cross(a.direction) for f, a in zip(home_axes, axes, strict=True) if a.is_revolute
-    ]
+    pairs = list(zip(home_axes, axes, strict=True))
+    differences = [home_point - point, *(home.direction - axis.direction for home, axis in pairs)]
+    differences += [(home.point - axis.point).cross(axis.direction) for home, axis in pairs if axis.is_revolute]
     assert all(abs(sp.N(entry.xreplace(LENGTHS), 40)) < 1e-30 for vector in differences for entry in vector)
 
 
@@ -117,10 +104,8 @@ def test_linear_algebra_agrees_with_mpmath(name: str) -> None:
     rows = [[PRECISE_CONTEXT.mpf(value) for value in row] for row in MATRICES[name]]
     n, matrix = len(rows), PRECISE_CONTEXT.matrix(rows)
     right = [PRECISE_CONTEXT.mpf(i + 1) for i in range(n)]
-    assert (
-        PRECISE_CONTEXT.norm(matrix * PRECISE_CONTEXT.matrix(solve_linear(rows, right)) - PRECISE_CONTEXT.matrix(right))
-        < 1e-25
-    )
+    solution = PRECISE_CONTEXT.matrix(solve_linear(rows, right))
+    assert PRECISE_CONTEXT.norm(matrix * solution - PRECISE_CONTEXT.matrix(right)) < 1e-25
     assert PRECISE_CONTEXT.norm(matrix * PRECISE_CONTEXT.matrix(inverse(rows)) - PRECISE_CONTEXT.eye(n)) < 1e-25
     assert abs(determinant(rows) - PRECISE_CONTEXT.det(matrix)) < 1e-25
 

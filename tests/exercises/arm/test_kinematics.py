@@ -11,11 +11,9 @@ from hypothesis import strategies as st
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.graph import compute_symbolic_stages, propagate_linear_rows, to_sympy_matrix
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
-from qdot.exercises.verify.numeric_model import choose_random_configurations, compute_exponential_jacobian
 from tests.support.suites import select_for_suite
 
 T1, T2, A1, A2 = sp.symbols("theta1 theta2 a1 a2")
@@ -78,13 +76,6 @@ def test_a_point_beside_the_plane_of_a_twisted_last_frame_is_not_planar() -> Non
         assert arm.is_planar is is_planar, (joint, point)
 
 
-def test_changing_the_task_keeps_the_joints() -> None:
-    arm = make_planar_arm(FIRST, SECOND).with_task("vx", "wz")
-    assert arm.task == ("vx", "wz")
-    assert arm.joints == (FIRST, SECOND)
-    assert arm.linear_axes == ("x",)
-
-
 RIGHT = st.sampled_from([sp.S.Zero, sp.pi / 2, sp.pi, -sp.pi / 2])
 LENGTH = st.sampled_from([sp.S.Zero, sp.Rational(1, 2), sp.Rational(-3, 10), sp.Symbol("h")])
 ODD = st.sampled_from([sp.S.Zero, sp.pi / 6, -sp.pi / 2, sp.Rational(1, 3)])
@@ -142,11 +133,3 @@ def test_jacobian_agrees_with_finite_differences(chain: Chain, seed: int) -> Non
     spin = (ahead - behind)[:, -1, :3, :3] / (2 * h) @ arm.compute_frames(q)[-1, :3, :3].T
     angular = np.stack([spin[:, 2, 1], spin[:, 0, 2], spin[:, 1, 0]])
     np.testing.assert_allclose(arm.compute_jacobian(q), np.vstack([linear, angular]), atol=1e-8)
-
-
-@settings(max_examples=25)
-@given(chains())
-def test_jacobian_agrees_with_product_of_exponentials(chain: Chain) -> None:
-    numeric = NumericChain(chain, {symbol.name: 0.3 + 0.1 * i for i, symbol in enumerate(chain.parameters)})
-    poses = choose_random_configurations(chain, Stream("exponentials"), 6)
-    assert np.allclose(compute_exponential_jacobian(numeric, poses), numeric.compute_jacobian(poses), atol=1e-12)

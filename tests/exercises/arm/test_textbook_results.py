@@ -67,8 +67,6 @@ class Arm:
 
 BOOKS = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in (DATA / "textbooks").glob("*.toml")}
 ARMS = [Arm(row["name"], file, row) for file, book in sorted(BOOKS.items()) for row in book["arm"]]
-
-
 LONG = ("siciliano-anthropomorphic-with-wrist", "craig-puma-560", "craig-puma-560-without-a3",
         "murray-li-sastry-stanford")  # fmt: skip
 SLOW = (*LONG, "siciliano-anthropomorphic", "chapter-scorbot", "craig-3r", "spong-elbow", "spong-spherical")
@@ -102,9 +100,6 @@ def _solve(name: str) -> Solution:
 
 def _compute_geometric_jacobian(arm: Arm, values: Values) -> np.ndarray:
     return _evaluate_matrix(derive(_get_chain(arm)).geometric_jacobian, values)
-
-
-# --- numeric values ---
 
 
 def _sample_values(arm: Arm, formulas: Mapping[str, str] | None = None, points: int = POINTS) -> dict[str, np.ndarray]:
@@ -157,9 +152,6 @@ def _is_near(a: np.ndarray, b: np.ndarray) -> bool:
     return a.shape == b.shape and np.allclose(a, b, rtol=1e-9, atol=1e-9)
 
 
-# --- Jacobians ---
-
-
 def _get_original_chain(arm: Arm) -> Chain:
     """Return the arm with the link frames of the book's convention."""
     robot = _read_robot(arm.name)
@@ -199,12 +191,9 @@ def test_jacobian_agrees_with_the_book(arm: Arm) -> None:
         book = _evaluate_rows(source["entries"], values) if "entries" in source else None
         if book is None:
             book = _select_rows(arm, _build_jacobian(arm, source, values), rows)
-        of_link = (
-            _evaluate_matrix(derive(_get_original_chain(arm)).derive_link_jacobian(source["link"]), values)
-            if "link" in source
-            else None
-        )
-        six = _compute_geometric_jacobian(arm, values) if of_link is None else of_link
+        six = _compute_geometric_jacobian(arm, values)
+        if "link" in source:
+            six = _evaluate_matrix(derive(_get_original_chain(arm)).derive_link_jacobian(source["link"]), values)
         in_frame = _express_in_frame(_compute_rotation(arm, source.get("frame", 0), values), six)
         assert _is_near(_select_rows(arm, in_frame, rows), book)
 
@@ -214,9 +203,8 @@ def test_numeric_jacobian_agrees_with_the_book(arm: Arm) -> None:
     for source in arm.entry["at"]:
         values = _sample_values(arm, source["values"], points=1)
         figures = _select_rows(arm, _compute_geometric_jacobian(arm, values), source["rows"])
-        assert (
-            np.abs(figures - _evaluate_rows(source["entries"], values)).max() <= 0.5 * 10 ** -source["decimals"] + 1e-12
-        )
+        differences = np.abs(figures - _evaluate_rows(source["entries"], values))
+        assert differences.max() <= 0.5 * 10 ** -source["decimals"] + 1e-12
 
 
 @_parametrize_arms("determinant")
@@ -233,9 +221,8 @@ def test_determinant_agrees_with_the_book(arm: Arm) -> None:
 @_parametrize_arms("inverse")
 def test_inverse_agrees_with_the_book(arm: Arm) -> None:
     values = _sample_values(arm)
-    assert _is_near(
-        _evaluate_matrix(derive(_get_chain(arm)).inverse, values), _evaluate_rows(arm.entry["inverse"], values)
-    )
+    ours = _evaluate_matrix(derive(_get_chain(arm)).inverse, values)
+    assert _is_near(ours, _evaluate_rows(arm.entry["inverse"], values))
 
 
 @_parametrize_arms("rates")
@@ -253,9 +240,8 @@ def test_joint_rates_agree_with_the_book(arm: Arm) -> None:
 def test_joint_torques_agree_with_the_book(arm: Arm) -> None:
     values = _sample_values(arm)
     for source in arm.entry["torques"]:
-        force = _compute_rotation(arm, source.get("frame", 0), values) @ _evaluate_rows(
-            [[f] for f in source["force"]], values
-        )
+        in_frame = _evaluate_rows([[f] for f in source["force"]], values)
+        force = _compute_rotation(arm, source.get("frame", 0), values) @ in_frame
         linear = _compute_geometric_jacobian(arm, values)[:, :3]
         assert _is_near((linear.swapaxes(1, 2) @ force)[:, :, 0], _evaluate_rows([source["values"]], values)[:, 0])
 
@@ -264,12 +250,9 @@ def test_joint_torques_agree_with_the_book(arm: Arm) -> None:
 def test_tip_forces_agree_with_the_book(arm: Arm) -> None:
     values = _sample_values(arm)
     for source in arm.entry["forces"]:
-        in_frame = _express_in_frame(
-            _compute_rotation(arm, source["frame"], values), _compute_geometric_jacobian(arm, values)
-        )
-        assert _is_near(
-            np.linalg.inv(_select_rows(arm, in_frame).swapaxes(1, 2)), _evaluate_rows(source["entries"], values)
-        )
+        rotation = _compute_rotation(arm, source["frame"], values)
+        in_frame = _select_rows(arm, _express_in_frame(rotation, _compute_geometric_jacobian(arm, values)))
+        assert _is_near(np.linalg.inv(in_frame.swapaxes(1, 2)), _evaluate_rows(source["entries"], values))
 
 
 @_parametrize_arms("manipulability")
@@ -286,9 +269,6 @@ def test_isotropic_configurations_of_the_book_are_isotropic(arm: Arm) -> None:
         jacobian = _select_rows(arm, _compute_geometric_jacobian(arm, _sample_values(arm, formulas)))
         sigma = np.linalg.svd(jacobian, compute_uv=False)
         assert sigma.min() > 0.1 and np.allclose(sigma[:, 0], sigma[:, -1])
-
-
-# --- screws ---
 
 
 def _compute_space_jacobian(arm: Arm, values: Values) -> np.ndarray:
@@ -311,9 +291,7 @@ def _compute_body_jacobian(arm: Arm, values: Values) -> np.ndarray:
     turned = compute_link_frames(chain)[-1].rotation
     rotation = turned * turned.xreplace(dict.fromkeys(chain.q, sp.S.Zero)).T
     geometric = _compute_geometric_jacobian(arm, values)
-    return _express_in_frame(
-        _evaluate_matrix(rotation, values), np.concatenate([geometric[:, 3:], geometric[:, :3]], axis=1)
-    )
+    return _express_in_frame(_evaluate_matrix(rotation, values), np.roll(geometric, 3, axis=1))
 
 
 def _make_skew_matrix(vector: np.ndarray) -> np.ndarray:
@@ -324,9 +302,8 @@ def _make_skew_matrix(vector: np.ndarray) -> np.ndarray:
 def _compute_adjoint(screw: np.ndarray, q: float) -> np.ndarray:
     """Return the 6 x 6 adjoint of exp([S] q); S = (omega, v) with |omega| = 1 and v normal to it, or omega = 0."""
     is_prismatic = not screw[:3].any()
-    pose = compute_exponential(
-        screw[3:] if is_prismatic else screw[:3], q, is_prismatic, np.cross(screw[:3], screw[3:])
-    )
+    omega, v = screw[:3], screw[3:]
+    pose = compute_exponential(v if is_prismatic else omega, q, is_prismatic, np.cross(omega, v))
     rotation = pose[:3, :3]
     return np.block([[rotation, np.zeros((3, 3))], [_make_skew_matrix(pose[:3, 3]) @ rotation, rotation]])
 
@@ -371,9 +348,6 @@ def test_home_screws_give_the_space_and_body_jacobians(arm: Arm) -> None:
         assert key not in arm.entry or _is_near(jacobian(arm, values), _compute_screw_jacobian(arm, key, values)), key
 
 
-# --- singular sets ---
-
-
 def _list_singular_conditions(arm: Arm) -> list[str]:
     return [*arm.entry.get("singular", ()), *arm.entry.get("derived", ())]
 
@@ -413,9 +387,5 @@ def test_displayed_singularities_and_kinds_agree_with_the_book(arm: Arm) -> None
     }
     assert_same_set(chain, read_pieces(chain, components), _list_singular_conditions(arm))
     for text, kind in arm.entry.get("kinds", {}).items():
-        (classification,) = (
-            classified
-            for shown, classified in components.items()
-            if compare_with_book(chain, read_pieces(chain, [shown]), [text]).are_equal
-        )
-        assert classification.kind == kind
+        (shown,) = (s for s in components if compare_with_book(chain, read_pieces(chain, [s]), [text]).are_equal)
+        assert components[shown].kind == kind

@@ -35,9 +35,6 @@ def arms(family: str, variation: str = "full") -> tuple[Chain, ...]:
     return tuple(sample_chain(ProblemId(family, seed, variation=variation)) for seed in range(ARMS))
 
 
-# --- the dial ---
-
-
 @every_family
 def test_the_chapters_arm_is_plain(family: str) -> None:
     """Lengths are symbols, the base is the world, P an origin; a zero is that of the table, and of slides none."""
@@ -108,9 +105,6 @@ def test_numbers_are_those_of_a_careful_author(family: str, variation: str) -> N
         links = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints if joint.is_revolute]
         given = [float(length) for length in links if length.is_number and length != 0]
         assert all(abs(x - y) > 0.045 for i, x in enumerate(given) for y in given[:i]), arm
-
-
-# --- a class in which nobody's arm is harder than another's ---
 
 
 @pytest.mark.parametrize("variation", select_for_suite([*VARIATION_STEPS][-1:], [*VARIATION_STEPS]))

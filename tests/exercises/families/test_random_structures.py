@@ -1,4 +1,4 @@
-"""Arms whose structure is drawn: the table holds all clean structures, and every draw is one of them."""
+"""Arms whose structure is drawn: how many there are, that the table holds all clean ones, and that each draw is one."""
 
 import pickle
 from collections import Counter, defaultdict
@@ -29,7 +29,7 @@ from qdot.exercises.families.structures import (
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.difficulty import rate_difficulty_band
+from qdot.exercises.singularities.difficulty import HARDEST_BAND, rate_difficulty_band
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import fold_tool_into_table
@@ -45,16 +45,6 @@ from tests.tools.structures import (
     regular_tasks,
     tables,
 )
-
-RANDOM = ("random-2", "random-3", "random-4")
-
-
-def test_the_numbers_of_tables_are_those_that_were_counted_before() -> None:
-    """Counts of the shared mathematics: tables, and those of three joints that are regular in some task."""
-    assert (count_tables(2, False), count_tables(3, False), count_tables(3, True)) == (108, 1944, 4608)
-    forms = regular_forms(3)
-    regular = [[rows for rows in tables(3, angles) if normal_form(rows) in forms] for angles in (False, True)]
-    assert [sum(2 ** sum(row.has_twist for row in rows) for rows in each) for each in regular] == [1024, 2504]
 
 
 @pytest.mark.parametrize("n", select_for_suite([2], [2, 3]))
@@ -112,7 +102,6 @@ def drawn(chain: Chain) -> tuple[tuple[StructureRow, ...], tuple[str, ...]]:
 
 
 def arm(family: str, seed: str) -> Chain:
-    """Return an arm on which everything varies that can."""
     structures = FAMILIES[family].sample_structure
     assert structures is not None
     return structures(Stream(seed), VARIATION_AXES)
@@ -149,9 +138,6 @@ def test_mirror_images_and_mountings_are_drawn() -> None:
     assert all(chain.base.position[2] == 0 for chain in chains if chain.is_planar)
 
 
-# --- classes ---
-
-
 def of(code: str, *task: str) -> Key:
     return class_key(parse_rows(code), task)
 
@@ -180,7 +166,7 @@ def test_axes_of_the_world_are_named_anew_with_the_task() -> None:
     assert of("Rx Ra", "vx", "vz") == of("Rx Ra", "vy", "vz") != of("Rx Ra", "vx", "vy")
 
 
-@pytest.mark.parametrize("family", sample_for_suite(RANDOM, 1))
+@pytest.mark.parametrize("family", sample_for_suite(("random-2", "random-3", "random-4"), 1))
 def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: range) -> None:
     for seed in seeds:
         chain = sample_chain(ProblemId(family, seed, variation="full"))
@@ -219,3 +205,24 @@ def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
 def test_what_no_arm_can_be_asked_is_said(identity: ProblemId, said: str) -> None:
     with pytest.raises(QdotError, match=said):
         sample_chain(identity)
+
+
+COUNTS = {2: (192, 42, 26, 41, 16), 3: (4608, 588, 290, 259, 63), 4: (110592, 8232, 754, 667, 46)}
+"""The DH tables, normal forms, forms that are regular for a task, clean structures with a task, and classes, by number
+of joints."""
+BY_DIFFICULTY = {2: [23, 11, 7, 0, 0], 3: [51, 110, 65, 33, 0], 4: [80, 445, 142, 0, 0]}
+
+
+@pytest.mark.parametrize("n", [2, 3, pytest.param(4, marks=pytest.mark.whole)])
+def test_tables_forms_structures_and_classes_are_counted(n: int) -> None:
+    forms = {normal_form(rows) for rows in tables(n, True)}
+    clean, classes = read_clean_structures()[n], group_clean_structures(n)
+    counts = count_tables(n, True), len(forms), len(regular_forms(n)), len(clean), len(classes)
+    assert counts == COUNTS[n]
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_structures_of_every_difficulty_are_counted(n: int) -> None:
+    clean = read_clean_structures()[n]
+    steps = Counter(structure.band for structure in clean)
+    assert [steps[step] for step in range(HARDEST_BAND + 1)] == BY_DIFFICULTY[n]

@@ -6,27 +6,17 @@ slide with its zero, h the offset of the point of interest along y, u4 the sine 
 
 from math import prod
 
-import numpy as np
 import pytest
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.classification import classify_conditions, sample_condition
+from qdot.exercises.singularities.classification import classify_conditions
 from qdot.exercises.singularities.singular_set import find_singular_set
-from qdot.exercises.verify.singular import SET_TOLERANCE
-from tests.exercises.arm.sets import (
-    assert_same_set,
-    compute_rank_ratios,
-    list_task_rows,
-    read_singular_set,
-    sample_lengths,
-    search_singularities,
-)
+from tests.exercises.arm.sets import assert_same_set, read_singular_set
 from tests.support.problems import fold_tool_into_table
 from tests.support.suites import on_families, select_for_suite
 
@@ -55,19 +45,11 @@ DETERMINANTS: dict[str, tuple[str, ...]] = {
 
 SCORBOT = (("sin(t3)",), (SHOULDER, "sin(t2 + t3 + t4)"))
 COMMON_ZEROS: dict[str, tuple[tuple[str, ...], ...]] = {
-    "planar-3r": (("sin(t2)", "sin(t3)"),),
-    "pan-tilt": (("cos(t2)",),),
-    "scorbot-wrist": SCORBOT,
-    "scorbot-tip": SCORBOT,
+    "planar-3r": (("sin(t2)", "sin(t3)"),), "pan-tilt": (("cos(t2)",),), "scorbot-wrist": SCORBOT,
     "lbr-7r": (("sin(t4)",), ("sin(t2)", "sin(t6)"), ("sin(t2)", "cos(t3)"), ("sin(t6)", "cos(t5)")),
-}
+    "scorbot-tip": SCORBOT,
+}  # fmt: skip
 """Singular sets of arms whose J is not square: conditions that hold together, in alternatives."""
-
-GRAMIANS = {
-    "pan-tilt": "a2**4*cos(t2)**2",
-    "scorbot-wrist": f"(a2*a3*sin(t3))**2*(({SHOULDER})**2 + sin(t2 + t3 + t4)**2)",
-}
-"""det(J' J) of arms with fewer joints than rows."""
 
 B, I, N = "boundary", "internal", ""  # noqa: E741
 KINDS: dict[str, tuple[str, ...]] = {
@@ -81,11 +63,6 @@ KINDS: dict[str, tuple[str, ...]] = {
 """Kinds of the alternatives, in the order above; boundary where some configurations are; N: it is not told."""
 
 KNOWN = [*DETERMINANTS, *COMMON_ZEROS]
-SEVERAL = range(select_for_suite(2, 4))
-
-
-def arm_of(family: str, seed: int) -> Chain:
-    return sample_chain(ProblemId(family, seed))
 
 
 def filled(text: str, chain: Chain) -> sp.Expr:
@@ -109,68 +86,24 @@ def as_text(conditions: tuple[sp.Expr, ...]) -> str:
     return " and ".join(f"{condition} = 0" for condition in conditions)
 
 
-def in_numbers(family: str, seed: int, stream: Stream) -> tuple[Chain, dict[sp.Symbol, float], np.ndarray]:
-    """Return an arm, values of its lengths and joints, and the J of its task in numbers."""
-    chain = arm_of(family, seed)
-    lengths, q = sample_lengths(chain, stream), [stream.uniform(-3, 3) for _ in chain.q]
-    values = {**dict(zip(chain.q, q, strict=True)), **{sp.Symbol(k): v for k, v in lengths.items()}}
-    return chain, values, NumericChain(chain, lengths).compute_jacobian(np.array(q))[list_task_rows(chain)]
-
-
-@pytest.mark.parametrize("family", DETERMINANTS)
-def test_the_determinant_is_that_of_the_books(family: str, seeds: range) -> None:
-    stream = Stream(family)
-    for seed in [seed for seed in seeds[: select_for_suite(2, 6)] for _ in range(3)]:
-        chain, values, jacobian = in_numbers(family, seed, stream)
-        formula = prod((filled(text, chain) for text in DETERMINANTS[family]), start=sp.S.One)
-        book, ours = (abs(float(e.xreplace(values))) for e in (formula, derive(chain).determinant))
-        assert ours == pytest.approx(book, rel=1e-9, abs=1e-12)
-        assert abs(np.linalg.det(jacobian)) == pytest.approx(book, rel=1e-9, abs=1e-12)
-
-
-@pytest.mark.parametrize("family", GRAMIANS)
-def test_the_gram_determinant_is_that_of_the_chapter(family: str, seeds: range) -> None:
-    for seed in seeds:
-        chain, values, jacobian = in_numbers(family, seed, Stream(f"{family}/{seed}"))
-        book = float(filled(GRAMIANS[family], chain).xreplace(values))
-        assert np.linalg.det(jacobian.T @ jacobian) == pytest.approx(book, rel=1e-9)
-
-
 @pytest.mark.parametrize("family", KNOWN)
-def test_the_singular_set_is_that_of_the_books(family: str) -> None:
-    for seed in SEVERAL:
-        chain = arm_of(family, seed)
+def test_determinant_and_singular_set_are_those_of_the_books(family: str) -> None:
+    for seed in range(select_for_suite(2, 4)):
+        chain = sample_chain(ProblemId(family, seed))
         book = [as_text(together) for together in alternatives(family, chain)]
         assert len(find_singular_set(chain) or ()) == len(book)
         if book:
             assert_same_set(chain, read_singular_set(chain), book)
-
-
-@pytest.mark.parametrize("family", KNOWN)
-def test_every_condition_can_hold_for_any_lengths_and_costs_rank(family: str) -> None:
-    """No phantom: whatever the open lengths are, there are configurations, and J has lost rank in them."""
-    for seed in SEVERAL:
-        chain = arm_of(family, seed)
-        for together in alternatives(family, chain):
-            samples = sample_condition(chain, as_text(together), f"{family}/{seed}", arm_count=4, samples_per_arm=2)
-            assert len({sample.arm for sample in samples}) == 4
-            assert all(compute_rank_ratios(sample.arm, chain, sample.q) < 1e-7 for sample in samples)
-
-
-@pytest.mark.parametrize("family", KNOWN)
-def test_what_a_search_finds_is_in_the_set_and_other_poses_are_regular(family: str) -> None:
-    for seed in SEVERAL[:2]:
-        chain = arm_of(family, seed)
-        found = search_singularities(chain, f"{family}/{seed}")
-        assert np.median(compute_rank_ratios(found.arm, chain, found.starts)) > 1e-3
-        assert len(found.reached) > 0 or family == "cartesian"
-        inside = found.are_in(read_singular_set(chain), SET_TOLERANCE)
-        # Where components meet, a find may be farther from each than that: the certificate looks closer.
-        assert inside.all() or (chain.n > 6 and inside.mean() > 0.7)
+        if family in DETERMINANTS:
+            stream = Stream(f"{family}/{seed}")
+            values = {symbol: stream.uniform(0.3, 1.0) for symbol in (*chain.q, *chain.parameters)}
+            formula = prod((filled(text, chain) for text in DETERMINANTS[family]), start=sp.S.One)
+            printed, ours = (abs(float(e.xreplace(values))) for e in (formula, derive(chain).determinant))
+            assert ours == pytest.approx(printed, rel=1e-9, abs=1e-12)
 
 
 @on_families([*KINDS])
 def test_kinds_are_those_of_the_books(family: str) -> None:
-    chain = arm_of(family, 1)
+    chain = sample_chain(ProblemId(family, 1))
     found = tuple(classify_conditions(chain, (as_text(together),)).kind for together in alternatives(family, chain))
     assert found == KINDS[family]

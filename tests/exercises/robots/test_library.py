@@ -17,13 +17,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sympy as sp
 
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.exports.assignment_files import read_problem_files
 from qdot.exercises.robots.library import ROBOT_FOLDER, find_robot_path, list_robots
 from qdot.exercises.robots.robot_file import Robot, read_robot_file
@@ -34,7 +32,7 @@ from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origi
 from tests.exercises.arm.sets import compute_rank_ratios, read_pieces, search_singularities
 from tests.support import ROOT
 from tests.support.command import run, run_and_fail
-from tests.support.suites import sample_for_suite, select_for_suite
+from tests.support.suites import select_for_suite
 
 DATA = ROOT / "tests" / "data" / "robots"
 MODELS = {path.stem: json.loads(path.read_text(encoding="utf-8")) for path in sorted(DATA.glob("*.json"))}
@@ -43,9 +41,6 @@ CASES = [
 ]
 COUNT = 20
 STEP = 1e-5
-
-
-# --- published models: poses (…, 4, 4) at joint values (…, n) ---
 
 
 def compute_urdf_pose(model: dict[str, Any], q: Matrix) -> Matrix:
@@ -95,18 +90,13 @@ POSES: dict[str, Callable[[dict[str, Any], Matrix], Matrix]] = {
 
 
 def convert_joint_values(model: dict[str, Any], kinds: str, q: Matrix) -> Matrix:
-    """Convert joint values of the library to the model's."""
     zero = [np.radians(z) if kind == "R" else z for z, kind in zip(model["zero"], kinds, strict=True)]
     return np.array(model["sign"]) * q + np.array(zero)
 
 
 def get_base_and_tool(model: dict[str, Any]) -> tuple[Matrix, Matrix]:
-    """Return the poses of base and tool of a model."""
     base, tool = (compute_origin_pose(model[key]["xyz"], np.radians(model[key]["rpy"])) for key in ("base", "tool"))
     return base, tool
-
-
-# --- the same arm ---
 
 
 @cache
@@ -130,9 +120,7 @@ def compute_model_motion(model: dict[str, Any], robot: Robot) -> tuple[Matrix, M
     for e in np.eye(len(kinds)) * STEP:
         slopes = (compute_pose(q + e) - compute_pose(q - e)) / (2 * STEP)
         spin = slopes[:, :3, :3] @ poses[:, :3, :3].swapaxes(-1, -2)
-        angular = np.array(
-            [spin[:, 2, 1] - spin[:, 1, 2], spin[:, 0, 2] - spin[:, 2, 0], spin[:, 1, 0] - spin[:, 0, 1]]
-        )
+        angular = np.array([spin[:, j, i] - spin[:, i, j] for i, j in ((1, 2), (2, 0), (0, 1))])
         columns.append(np.concatenate([slopes[:, :3, 3], angular.T / 2], axis=-1))
     return q, poses, np.stack(columns, axis=-1)
 
@@ -168,33 +156,6 @@ def test_robot_moves_like_its_published_model(name: str, k: int) -> None:
     assert np.allclose(arm.compute_jacobian(q), jacobians, rtol=0, atol=5 * tolerance + 1e-8)
 
 
-@pytest.mark.parametrize("name", sample_for_suite(list_robots(), 9))
-def test_derivation_of_robot_agrees_with_its_model(name: str) -> None:
-    """Compare the formulas of position and Jacobian at the point of interest with the first model."""
-    model, robot = MODELS[name][0], read_robot(name)
-    chain, derivation = robot.chain, derive(robot.chain)
-    assert not chain.parameters, "a real robot has no open lengths"
-    point = np.array([float(value) for value in chain.point.offset])
-    assert chain.point.frame == chain.n
-    q, pose, jacobian = (values[0] for values in compute_model_motion(model, robot))
-    values = {symbol: sp.Float(value, 30) for symbol, value in zip(chain.q, q, strict=True)}
-    offset = pose[:3, :3] @ point
-    tolerance = 10 * model["tolerance"] + 1e-7
-    assert np.allclose(
-        _evaluate_matrix(derivation.position, values)[:, 0], pose[:3, 3] + offset, rtol=0, atol=tolerance
-    )
-    assert np.allclose(
-        _evaluate_matrix(derivation.geometric_jacobian, values),
-        shift_jacobian(jacobian, offset),
-        rtol=0,
-        atol=tolerance,
-    )
-
-
-def _evaluate_matrix(matrix: sp.Matrix, values: dict[sp.Symbol, sp.Expr]) -> Matrix:
-    return np.array([[float(sp.N(entry.xreplace(values))) for entry in row] for row in matrix.tolist()])
-
-
 QUICK = ("cobra600", "kr5")
 FEW = [name if name in QUICK else pytest.param(name, marks=pytest.mark.whole) for name in list_robots()]
 
@@ -210,9 +171,6 @@ def test_robot_loses_rank_exactly_where_solve_says(name: str) -> None:
     search = search_singularities(chain, name, select_for_suite(40, 120))
     assert len(search.reached) > len(search.starts) / 2
     assert search.are_in(read_pieces(chain, conditions), 1e-5).all()
-
-
-# --- the files ---
 
 
 def test_every_robot_has_a_model_and_a_source() -> None:
@@ -245,9 +203,6 @@ def test_robots_are_sorted_by_name_and_number() -> None:
     assert [(a, b) for a, b in pairwise(names) if a[0] > b[0]] == []
 
 
-# --- finding a robot ---
-
-
 def test_file_takes_precedence_over_robot_name(tmp_path: Path) -> None:
     for name in ("panda", "PANDA", "LR-Mate 200iD", "iiwa_14", "Puma-560"):
         assert find_robot_path(name) == ROBOT_FOLDER / f"{re.sub('[-_ ]', '', name.lower())}.toml"
@@ -269,9 +224,6 @@ def test_file_takes_precedence_over_robot_name(tmp_path: Path) -> None:
 def test_unknown_file_or_robot_is_refused(name: str, message: str) -> None:
     with pytest.raises(QdotError, match=message):
         find_robot_path(name)
-
-
-# --- in commands and assignments ---
 
 
 def test_robots_command_lists_all_robots() -> None:
