@@ -28,24 +28,19 @@ ASKED = {
 IN_FORMULAS = {mistake.name for mistake in SECTIONS["The finished formulas"]}
 """Mistakes in finished formulas, which do not change a derivation: test_formula_mistakes.py makes them."""
 SELDOM = {
-    "rank-of-one-condition",
-    "orientation-as-one-component",
-    "square-lost",
-    "tangent-inverted",
+    "rank-of-one-condition", "orientation-as-one-component", "square-lost", "tangent-inverted",
     "value-called-singular",
-}
+}  # fmt: skip
 """Mistakes that are made on few arms, or beside others: tests/grader/diagnosis/test_mistakes.py has some of them."""
 BY_SHORT_QUESTIONS = {
     "motion-reversed", "joint-without-effect", "column-of-other-joint", "components-added", "component-alone",
     "speed-squared",
 }  # fmt: skip
-"""Mistakes in the answers to short questions: test_option_mistakes.py and test_site_bank.py have them."""
+"""Mistakes in the answers to short questions: test_concepts.py and test_site_bank.py have them."""
 IN_NUMBERS = {"direction-that-moves", "null-vector-of-jacobian"}
 """Mistakes about a direction, which are worked out at a configuration, and tested by themselves below."""
-
 IN_OWN_FORMULAS = FORMULA_VARIANTS.keys()
 """Mistakes in the formulas of instructors' questions: tests/grader/diagnosis/test_own_formulas.py makes them."""
-
 NAMED = ("named", "same answer")
 pytestmark = pytest.mark.xdist_group("catalogue")  # one process makes the mistakes
 

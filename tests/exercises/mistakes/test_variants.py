@@ -99,13 +99,8 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
         pose = translate(*(number(entry) for entry in base.position)) @ rotate_about("z", number(base.yaw))
         for row, behind in zip(rows, [*rows[1:], None], strict=True):
             a, alpha = (0.0, 0.0) if behind is None else (number(behind.a), number(behind.alpha))
-            pose = (
-                pose
-                @ rotate_about("x", alpha)
-                @ translate(a, 0, 0)
-                @ rotate_about("z", number(row.theta))
-                @ translate(0, 0, number(row.d))
-            )
+            pose = pose @ rotate_about("x", alpha) @ translate(a, 0, 0)
+            pose = pose @ rotate_about("z", number(row.theta)) @ translate(0, 0, number(row.d))
         assert np.allclose(wrong.answer[..., k], pose)
     told = make_wrong_answers(problem, part, only=("length-and-twist-of-link-i",))
     assert [classify_diagnosis(one) for one in told] == ["named"]
@@ -121,10 +116,7 @@ def test_the_next_one_is_taken_and_at_the_last_joint_its_own(mistake: str, stage
     count, columns = right.n, []
     for i in range(count):
         k = min(i + 1, len(right[stage]) - 1)
-        axis, vector = (
-            right["axes"][k if stage == "axes" else i],
-            right["vectors to point"][k if stage == "vectors to point" else i],
-        )
+        axis, vector = (right[name][k if stage == name else i] for name in ("axes", "vectors to point"))
         columns.append(np.cross(axis, vector, axis=0))
     expected = np.stack(columns, axis=1)
     answers = [wrong.answer[:3] for wrong in apply_mistake(CATALOGUE[mistake], right, part)]
@@ -163,11 +155,8 @@ def led_to(base: Base, rows: list[Joint], offset: tuple[sp.Expr, ...], known: di
     def number(entry: sp.Expr) -> float:
         return float(sp.sympify(entry).subs(known))
 
-    pose = (
-        translate(*map(number, base.position))
-        @ rotate_about("z", number(base.yaw))
-        @ rotate_about("x", number(base.tilt))
-    )
+    pose = translate(*map(number, base.position)) @ rotate_about("z", number(base.yaw))
+    pose = pose @ rotate_about("x", number(base.tilt))
     for row in rows:
         pose = pose @ translate(number(row.a), 0, 0) @ rotate_about("x", number(row.alpha))
         pose = pose @ rotate_about("z", number(row.theta)) @ translate(0, 0, number(row.d))

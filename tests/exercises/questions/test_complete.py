@@ -38,11 +38,8 @@ NOT_IN_STACK = {
     if question.form in ("selection", "matching")
 }
 LACKS = {
-    "diagnosis": NOT_DIAGNOSED,
-    "follow-through": NOT_FOLLOWED,
-    "platforms": NOT_ON_PLATFORMS,
-    "STACK": NOT_IN_STACK,
-}
+    "diagnosis": NOT_DIAGNOSED, "follow-through": NOT_FOLLOWED, "platforms": NOT_ON_PLATFORMS, "STACK": NOT_IN_STACK,
+}  # fmt: skip
 """Questions that lack a duty, and why."""
 
 

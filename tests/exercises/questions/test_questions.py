@@ -49,12 +49,8 @@ def describe_answer(part: Part) -> Any:
 def describe_arm(problem: Problem) -> Any:
     chain = problem.chain
     rows = [[j.kind, str(j.theta), str(j.d), str(j.a), str(j.alpha)] for j in chain.joints]
-    return {
-        "rows": rows,
-        "base": to_plain_data(chain.base),
-        "point": to_plain_data(chain.point),
-        "task": list(chain.task),
-    }
+    base, point = map(to_plain_data, (chain.base, chain.point))
+    return {"rows": rows, "base": base, "point": point, "task": list(chain.task)}
 
 
 def make_snapshot(problems: list[Problem]) -> dict[str, Any]:

@@ -1,8 +1,10 @@
-"""Arms described by screw axes: published Jacobians, independent exponentials, and texts without link frames."""
+"""Arms described by screw axes: independent exponentials, texts without link frames, and either order of twists."""
 
+import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -10,32 +12,31 @@ import pytest
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes
-from qdot.exercises.arm.chain import Chain, Joint, Point
+from qdot.exercises.arm.chain import TWIST_ORDERS, Chain, Joint, Point
 from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.assignment.assignment import load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import generate, list_applicable_questions, sample_chain
 from qdot.exercises.mistakes.catalogue import CATALOGUE, SECTIONS, generate_mistaken_answers
-from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.questions import QUESTIONS as EVERY
-from qdot.exercises.questions.screws import (
-    QUESTIONS,
-    SpaceJacobianDetails,
-    derive_body_adjoint,
-    derive_body_jacobian,
-    derive_body_rotation,
-    derive_space_jacobian,
-)
+from qdot.exercises.mistakes.configurations import sample_configurations
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.problem.record import compute_digests, make_arm_json
+from qdot.exercises.questions import QUESTIONS
+from qdot.exercises.questions.screws import QUESTIONS as SCREW_QUESTIONS
+from qdot.exercises.questions.screws import SpaceJacobianDetails, derive_body_jacobian, derive_body_rotation
 from qdot.exercises.reference_answers import Choice
-from qdot.exercises.robots.robot_file import Robot, read_robot
+from qdot.exercises.robots.robot_file import Robot, read_robot, read_robot_file
+from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.short_questions import SHORT_QUESTIONS
 from qdot.exercises.short_questions.choice import FormulaOptions
-from qdot.exercises.solve.solver import ReadyResult, generate_text_events
 from qdot.exercises.verify import certificate
 from qdot.exercises.verify.certificate import certify
-from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import (
     get_solution_steps,
     write_hints,
@@ -43,40 +44,19 @@ from qdot.exercises.writing.problem_texts import (
     write_solution,
     write_statement,
 )
+from tests.repository.test_schemas import find_schema_errors
+from tests.support.solving import solve_to_json
 from tests.support.suites import SHAPES, few_families, on_families, select_for_suite
+from tests.tools.diagnoses import classify_diagnosis, make_wrong_answers
 
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
-NAMES = tuple(question.name for question in QUESTIONS)
+NAMES = tuple(question.name for question in SCREW_QUESTIONS)
 Q1, Q2, Q3 = sp.symbols("theta1:4")
 A1, A2, A3, D1 = sp.symbols("a1 a2 a3 d1")
 
 
 def sample_screw_arm(family: str, variation: str = "full", seed: int = 1) -> Chain:
     return sample_chain(ProblemId(family, seed, variation=variation, convention="screws"))
-
-
-def equals_published(derived: sp.Matrix, published: list[list[sp.Expr]]) -> bool:
-    return (derived - sp.Matrix(published)).applyfunc(sp.simplify).is_zero_matrix
-
-
-def test_space_jacobian_of_scara_is_the_published_one() -> None:
-    """Three parallel axes and a prismatic joint along them (the first example of most courses)."""
-    arm = sample_screw_arm("scara-rrrp", "chapter")
-    jacobian, s1, c1 = derive_space_jacobian(arm), sp.sin(Q1), sp.cos(Q1)
-    x, y = A1 * c1 + A2 * sp.cos(Q1 + Q2), A1 * s1 + A2 * sp.sin(Q1 + Q2)
-    assert equals_published(jacobian[:, :3], [[0] * 3, [0] * 3, [1] * 3, [0, A1 * s1, y], [0, -A1 * c1, -x], [0] * 3])
-    assert equals_published(jacobian[:, 3], [[0]] * 5 + [[-1]])
-
-
-@on_families(select_for_suite(["polar-rp", "elbow-3r"], FIXED))
-def test_adjoint_converts_body_jacobian_to_space_jacobian(family: str) -> None:
-    arm = sample_screw_arm(family)
-    if "body-pose" not in list_applicable_questions(arm):
-        pytest.skip("its pose is too long")
-    stream = Stream(f"adjoint/{family}")
-    known = {symbol: sp.Float(stream.uniform(0.3, 1.2), 30) for symbol in (*arm.q, *arm.parameters)}
-    apart = derive_body_adjoint(arm) * derive_body_jacobian(arm) - derive_space_jacobian(arm)
-    assert max(abs(entry) for entry in apart.xreplace(known).evalf(20)) < 1e-15
 
 
 @on_families(select_for_suite(["polar-rp", "scara"], FIXED))
@@ -87,10 +67,8 @@ def test_screw_questions_are_certified(family: str) -> None:
     certificate = certify(generate(ProblemId(family, 1, questions, variation="full", convention="screws")))
     assert certificate.passed, certificate.failures
     checks = {check.name for check in certificate.checks if check.name.startswith("axes at home: ")}
-    assert checks == {
-        f"axes at home: {what}"
-        for what in ("directions", "P", *(["points on them"] if "R" in {joint.kind for joint in arm.joints} else []))
-    }
+    named = ("directions", "P", *(["points on them"] if arm.revolute_joints else []))
+    assert checks == {f"axes at home: {what}" for what in named}
 
 
 NINTH = sp.Rational(1, 9)
@@ -126,14 +104,11 @@ def test_screw_options_belong_to_the_arm_at_its_home(variation: str) -> None:
                 problem = generate(ProblemId(family, 1, (name,), variation=variation, convention="screws"))
                 (part,) = problem.parts
                 assert certify(problem).passed
-                options, subject = (
-                    part.details_as(FormulaOptions).offered_options,
-                    part.details_as(FormulaOptions).subject,
-                )
-                whole = _ask_reference(arm, subject.base_question)
-                assert (
-                    (options[part.answer_as(Choice).correct].content - whole[:, subject.column]).expand().is_zero_matrix
-                )
+                details = part.details_as(FormulaOptions)
+                options, subject = details.offered_options, details.subject
+                reference, _ = QUESTIONS[subject.base_question].ask(arm, Stream("order"))
+                column = reference.as_matrix()[:, subject.column]
+                assert (options[part.answer_as(Choice).correct].content - column).expand().is_zero_matrix
                 mistakes = {blame.mistake for option in options for blame in option.blames}
                 assert mistakes <= {mistake.name for mistake in SECTIONS["Screws and exponentials"]}
                 asked.add(name)
@@ -145,8 +120,6 @@ LINK_FRAME_TEXT = re.compile(
     r"|base frame|world frame|Denavit|twist \$\\alpha|by the twists|row of the table"
 )
 """Text about link frames, which only tables have."""
-
-
 HOME_ONLY = {"home-screws", "body-pose", "position"}
 """Questions whose texts name only axes at home; those in BOTH name home and moved axes."""
 BOTH = {"joint-axes", "body-jacobian"}
@@ -160,8 +133,8 @@ def test_no_text_names_link_frames_and_moved_axes_have_primes(family: str) -> No
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
     arm, each = sample_screw_arm(family), select_for_suite(72, 4)
-    questions = list_applicable_questions(arm)
     turn = [*SHAPES.values()].index(family) % each
+    questions = list_applicable_questions(arm)
     names = [*questions[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]
     for problem in (generate(ProblemId(family, 1, (name,), variation="full", convention="screws")) for name in names):
         (part,) = problem.parts
@@ -179,26 +152,16 @@ def test_no_mistake_message_names_a_table_or_link_frames(family: str) -> None:
         pytest.skip("its arms are of many structures")
     arm = sample_screw_arm(family)
     shapes = ((3, 1), (6, arm.n), (6, 1), (arm.n, arm.n), (1, 1))
-    messages = {
-        m.format_message(slip.words)
-        for m in CATALOGUE.values()
-        for shape in shapes
-        for slip in m.generate_variants(arm, shape)
-    }
-    for part in generate(
-        ProblemId(family, 1, tuple(list_applicable_questions(arm)), variation="full", convention="screws")
-    ).parts:
+    every = [(mistake, shape) for mistake in CATALOGUE.values() for shape in shapes]
+    messages = {m.format_message(slip.words) for m, shape in every for slip in m.generate_variants(arm, shape)}
+    identity = ProblemId(family, 1, tuple(list_applicable_questions(arm)), variation="full", convention="screws")
+    for part in generate(identity).parts:
         messages |= {mistake.format_message(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
     table = re.compile(
         r"\b(table|frames?|(?<!exchanged )(?<!sign of )rows?) (\d|i\b|of the table|below)"
         r"|\btable\b|(base|last|own) frame|p\*|\bO\d"
     )
     assert not [sentence for sentence in messages if table.search(sentence)]
-
-
-def _ask_reference(chain: Chain, name: str) -> sp.Matrix:
-    answer, _ = EVERY[name].ask(chain, Stream("order"))
-    return answer.as_matrix()
 
 
 def test_screw_questions_apply_to_screw_arms_only() -> None:
@@ -219,28 +182,17 @@ def write_screw_robot(path: Path, point: str, *joints: str) -> Path:
     return path
 
 
-@pytest.mark.whole
-def test_own_arm_is_described_with_the_points_of_its_file(tmp_path: Path) -> None:
+def test_points_of_an_own_arm_are_moved_along_its_axes(tmp_path: Path) -> None:
+    """P and the point of each axis, by exponentials of the axes of the joints that move it."""
     joints = ("[0, 0, 1] at [0.1, 0.2, 0.5]", "[0, 1, 1]", "[1, 1, 0] at [0.1, 0.4, 0.1]")
     chain = read_robot(write_screw_robot(tmp_path / "oblique.toml", '[0, "0.4 + a2", 0.1]', *joints))
-    texts = {}
-    for stage in generate_text_events(Robot(chain)):
-        if isinstance(stage, ReadyResult):
-            texts[stage.name] = to_text(stage.content)
-            if stage.name == "body-jacobian":  # later stages contain no points
-                break
-    assert "(0.1, 0.2, 0.5) m" in texts["arm"] and "(0.1, 0.4, 0.1) m" in texts["arm"]
-    assert "⎢0  1  0  a₂ + 0.4⎥" in texts["arm"]
-    for name in ("arm", "home-screws", "position", "jacobian", "geometric-jacobian", "space-jacobian", "body-jacobian"):
-        assert "(√2 (" not in texts[name], name
-    # Compare P and each point with exponentials of the stated axes of the joints that move it.
     axes, home = compute_home_geometry(chain)
     q, lengths = np.array([0.3, -0.4, 1.1]), {sp.Symbol("a2"): 0.7}
     values = lengths | dict(zip(chain.q, q, strict=True))
     for joint, place in get_solution_steps(chain).point_positions:
         moved = np.where(np.arange(1, 4) < joint, 0, q)
         assert np.allclose(_evaluate_vector(place, values), move_point_along_axes(axes, home, moved, lengths))
-    _, details = next(question for question in QUESTIONS if question.name == "space-jacobian").ask(chain, Stream("x"))
+    _, details = QUESTIONS["space-jacobian"].ask(chain, Stream("x"))
     assert isinstance(details, SpaceJacobianDetails)
     for number, screw in enumerate(details.moved_screws):
         if screw.kind == "R":
@@ -292,6 +244,215 @@ def test_body_jacobian_of_skew_axes_is_short_and_agrees_with_differences(tmp_pat
         (r1, p1), (r0, p0) = compute_pose(q + step), compute_pose(q - step)
         spin, v = turn.T @ (r1 - r0) / 2e-6, turn.T @ (p1 - p0) / 2e-6
         expected.append([spin[2, 1], spin[0, 2], spin[1, 0], *v])
-    assert np.allclose(
-        np.array(jacobian.xreplace(values).evalf().tolist(), dtype=float), np.array(expected).T, atol=1e-8
-    )
+    ours = np.array(jacobian.xreplace(values).evalf().tolist(), dtype=float)
+    assert np.allclose(ours, np.array(expected).T, atol=1e-8)
+
+
+FEW_ARMS = ["planar-2r", "spherical-offset", "wrist-zyz"]
+ARMS = select_for_suite(FEW_ARMS, [*FEW_ARMS, "elbow-3r", "scara-rrrp", "cartesian"])
+IN_ORDER = (
+    "home-screws", "space-jacobian", "body-jacobian", "space-twist", "body-twist", "geometric-jacobian", "twist",
+    "body-adjoint",
+)  # fmt: skip
+"""Questions whose answers have six rows like a twist."""
+SWAPPED = [3, 4, 5, 0, 1, 2]
+
+
+def generate_both_orders(family: str, seed: int = 1, variation: str = "full") -> tuple[Problem, Problem]:
+    """Return a problem with twists (omega, v) and the same with (v, omega), with the questions that show the order."""
+    first, second = (_generate_with_order(family, seed, variation, order) for order in TWIST_ORDERS)
+    return first, second
+
+
+@cache
+def _generate_with_order(family: str, seed: int, variation: str, order: str) -> Problem:
+    identity = ProblemId(family, seed, variation=variation, convention="screws").with_convention("", order)
+    arm = sample_chain(identity)
+    return generate(identity, [name for name in (*IN_ORDER, "position") if QUESTIONS[name].find_obstacle(arm) is None])
+
+
+@pytest.mark.parametrize("family", ARMS)
+def test_other_order_swaps_the_answers_and_is_certified(family: str) -> None:
+    first, second = generate_both_orders(family)
+    assert [part.name for part in first.parts] == [part.name for part in second.parts]
+    assert {"home-screws", "space-jacobian"} <= {part.name for part in second.parts}
+    for first_part, second_part in zip(first.parts, second.parts, strict=True):
+        if first_part.name not in IN_ORDER:
+            assert first_part.answer == second_part.answer
+            continue
+        ours, theirs = (part.answer.as_matrix() for part in (second_part, first_part))
+        columns = SWAPPED if first_part.name == "body-adjoint" else list(range(ours.cols))
+        assert ours == theirs.extract(SWAPPED, columns), first_part.name
+        assert first_part.answer != second_part.answer or first_part.name == "twist"
+    assert certify(second).passed, certify(second).failures
+    swapped = replace(second, parts=tuple(part for part in first.parts if part.name in IN_ORDER))
+    wrong = {check.name.partition(":")[0] for check in certify(swapped).failures}
+    assert wrong == {part.name for part in swapped.parts}
+
+
+@pytest.mark.parametrize("order", TWIST_ORDERS)
+def test_substituted_stage_reappears_in_the_answer(order: str) -> None:
+    problem = _generate_with_order("scara-rrrp", 2, "full", order)
+    for name in ("home-screws", "space-jacobian", "body-jacobian", "body-adjoint", "geometric-jacobian"):
+        part, question = problem[name], QUESTIONS[name]
+        configurations = sample_configurations(problem.chain, part, problem.domain, 3, Stream("put"))
+        w = compute_numeric_stages(problem.chain, configurations)
+        assert question.compute is not None and question.substitution is not None
+        answer = question.compute(w, part.details)
+        wrong = answer + 0.1 * np.arange(answer.shape[0] * answer.shape[1]).reshape(*answer.shape[:2], 1)
+        assert np.allclose(question.compute(w.with_mistakes(question.substitution(wrong)), part.details), wrong), name
+
+
+NAMED = {
+    "home-screws": {"screw-sign", "screw-point", "twist-rows-exchanged"},
+    "space-jacobian": {"screw-sign", "twist-rows-exchanged", "screws-at-home", "other-twist-frame", "velocity-of-p"},
+    "body-jacobian": {"screw-sign", "twist-rows-exchanged", "body-not-rotated", "body-about-origin"},
+    "body-adjoint": {
+        "adjoint-of-inverse", "adjoint-block-upper-right", "adjoint-order", "adjoint-sign", "adjoint-without-p",
+        "adjoint-not-rotated",
+    },
+    "geometric-jacobian": {"twist-rows-exchanged"},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("order", TWIST_ORDERS)
+@pytest.mark.parametrize("name", NAMED)
+def test_mistakes_are_named_in_either_order(name: str, order: str) -> None:
+    problem = _generate_with_order("planar-2r" if name == "body-adjoint" else "elbow-3r", 1, "chapter", order)
+    answers = make_wrong_answers(problem, problem[name], only=NAMED[name])
+    verdicts = {answer.mistake: classify_diagnosis(answer) for answer in answers}
+    assert verdicts == dict.fromkeys(NAMED[name], "named")
+
+
+V, OMEGA = "v_x, v_y, v_z", r"\omega_x, \omega_y, \omega_z"
+
+
+@pytest.mark.parametrize("family", ARMS)
+def test_texts_use_the_order_of_the_arm(family: str) -> None:
+    for problem, ours, excluded in zip(
+        generate_both_orders(family), (f"{OMEGA}, {V}", f"{V}, {OMEGA}"), (V, OMEGA), strict=True
+    ):
+        for part in (part for part in problem.parts if part.name in IN_ORDER):
+            texts = [write_prompt(problem, part), *write_hints(problem, part), write_solution(problem, part)]
+            assert ours in texts[0]
+            assert not any(f"{excluded}, {OMEGA if excluded == V else V}" in text for text in texts)
+            if excluded == OMEGA:
+                for text in texts:
+                    assert not re.search(r"\(\\omega, v\)|\\\\ v |\(0, v|\(\\omega_i", text), part.name
+                assert part.name != "twist" or r"\begin{bmatrix} v \\ \omega \end{bmatrix}" in texts[-1]
+
+
+def test_id_contains_the_order() -> None:
+    identity = ProblemId.parse("planar-2r/7@chapter@screws@v-omega")
+    assert (identity.convention, identity.twist_order) == ("screws", "v-omega")
+    assert str(identity) == "planar-2r/7@chapter@screws@v-omega"
+    assert ProblemId.parse("planar-2r/7@v-omega") == ProblemId.parse("planar-2r/7@screws@v-omega")
+    assert ProblemId.parse("planar-2r/7@screws@omega-v") == ProblemId.parse("planar-2r/7@screws")
+    assert generate(identity, ["home-screws"]).chain.twist_order == "v-omega"
+
+
+def test_only_the_unusual_order_changes_the_digest() -> None:
+    first, second = generate_both_orders("planar-2r", 1, "chapter")
+    assert "twist_order" not in make_arm_json(first.chain) and make_arm_json(second.chain)["twist_order"] == "v-omega"
+    assert compute_digests(first).arm != compute_digests(second).arm
+    table_arm = replace(second.chain, convention="dh")
+    assert "twist_order" not in make_arm_json(table_arm)
+
+
+ARM = """name = "arm"
+convention = "screws"
+twist_order = "v-omega"
+point = ["a1 + a2", 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = [0, 0, 0]
+[[joint]]
+kind = "R"
+axis = [0, 0, 1]
+point = ["a1", 0, 0]
+"""
+
+
+def test_robot_file_contains_the_order(tmp_path: Path) -> None:
+    path, copy = tmp_path / "arm.toml", tmp_path / "again.toml"
+    path.write_text(ARM)
+    robot = read_robot_file(path)
+    assert robot.chain.twist_order == "v-omega"
+    copy.write_text(write_robot_text(robot, "screws"))
+    assert 'twist_order = "v-omega"' in copy.read_text() and read_robot(copy) == robot.chain
+    assert "twist_order" not in write_robot_text(robot, "dh")
+    data = solve_to_json(robot.chain)
+    assert find_schema_errors("solve", json.loads(json.dumps(data))) == []
+    assert data["twist_rows"] == ["vx", "vy", "vz", "wx", "wy", "wz"]
+    assert data["space_jacobian"][1] == ["0", "-a1*cos(theta1)"] and data["space_jacobian"][5] == ["1", "1"]
+    assert data["body_jacobian"][0] == ["a1*sin(theta2)", "0"] and data["body_jacobian"][5] == ["1", "1"]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Iterator[Path]:
+    init_assignment(tmp_path / "hw", "Homework", "hw")
+    (tmp_path / "hw" / "roster.csv").write_text("student\nada\n")
+    (tmp_path / "hw" / "arm.toml").write_text(ARM)
+    yield tmp_path / "hw"
+
+
+def _write_assignment(folder: Path, top: str, *problems: str) -> None:
+    entries = "".join(f'[[problem]]\nquestions = ["position"]\n{problem}\n' for problem in problems)
+    (folder / "assignment.toml").write_text(f'title = "T"\nkey = "hw"\n{top}\n{entries}')
+
+
+PLANAR, OWN = 'family = "planar-2r"\n', 'robot = "arm.toml"\n'
+
+
+def test_nearest_twist_order_key_decides(folder: Path) -> None:
+    def read_orders(top: str, *problems: str) -> list[str]:
+        _write_assignment(folder, top, *problems)
+        return [problem.chain.twist_order for _, problem in load_assignment(folder).generate_problems("ada")]
+
+    by_axes, v, w = 'convention = "screws"\n', 'twist_order = "v-omega"\n', 'twist_order = "omega-v"\n'
+    assert read_orders("", PLANAR, OWN) == ["omega-v", "v-omega"]
+    assert read_orders(by_axes + v, PLANAR, PLANAR + w, OWN, OWN + w) == ["v-omega", "omega-v", "v-omega", "omega-v"]
+    assert read_orders(by_axes + w, PLANAR, PLANAR + v, OWN) == ["omega-v", "v-omega", "omega-v"]
+    assert read_orders(v, PLANAR, PLANAR + by_axes) == ["omega-v", "v-omega"]
+
+
+def test_other_order_changes_the_problems_digest(folder: Path) -> None:
+    digests_of = []
+    for top in ("", 'twist_order = "omega-v"\n', 'twist_order = "v-omega"\n'):
+        _write_assignment(folder, 'convention = "screws"\n' + top, PLANAR)
+        digests_of.append(load_assignment(folder).problems_digest)
+    assert digests_of[0] == digests_of[1] != digests_of[2]
+
+
+WRONG = [
+    ("id", "planar-2r/7@dh@v-omega", ["convention = 'dh'"]),
+    ("id", "planar-2r/7@screws@v-w", ["orders of twists: omega-v, v-omega"]),
+    ("id", "planar-2r/7@v-omega@omega-v", ["v-omega", "omega-v"]),
+    ("file", ARM.replace("v-omega", "v-w"), ["line 3", '"v-w"', '"omega-v" or "v-omega"']),
+    ("file", ARM.replace('"screws"', '"dh"'), ["line 3", 'twist_order = "v-omega"']),
+    ("assignment", 'twist_order = "v-omega"', ['twist_order = "v-omega"']),
+    ("assignment", 'convention = "screws"\ntwist_order = "v-w"', ["known: omega-v, v-omega"]),
+    ("assignment", 'convention = "screws"\ntwist_order = 1', ["line", "omega-v or v-omega"]),
+    ("problem", 'twist_order = "v-omega"', ["tables"]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("where", "text", "named"), WRONG)
+def test_invalid_order_is_refused_with_its_place(where: str, text: str, named: list[str], folder: Path) -> None:
+    with pytest.raises(QdotError) as caught:
+        if where == "id":
+            ProblemId.parse(text)
+        elif where == "file":
+            (folder / "arm.toml").write_text(text)
+            read_robot(folder / "arm.toml")
+        else:
+            _write_assignment(folder, *(("", PLANAR + text) if where == "problem" else (text, PLANAR)))
+            load_assignment(folder)
+    assert all(name in str(caught.value) for name in named)
+
+
+def test_arm_has_a_valid_order() -> None:
+    with pytest.raises(QdotError, match="'v, omega'"):
+        Chain("m", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="screws", twist_order="v, omega")
+    assert Robot(Chain("m", (Joint("R", "theta1", 0, "a1", 0),), ("vx",))).chain.twist_order == "omega-v"

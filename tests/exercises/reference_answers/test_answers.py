@@ -18,8 +18,6 @@ FORMS = tuple(f"visit_{name}" for name in TYPES)
 
 
 class Named(AnswerVisitor[str]):
-    """Tells the name of the form."""
-
     def __getattribute__(self, name: str) -> Any:
         return (lambda _: name) if name in FORMS else super().__getattribute__(name)
 
@@ -35,7 +33,6 @@ class OfLettersOnly(AnswerVisitor[str]):
 
 
 def parts() -> dict[str, tuple[Problem, Part]]:
-    """Return a part of each type."""
     problems = [
         get_problem("planar-2r", 0), generate(ProblemId("planar-3r", 1, ("match-columns",))),
         generate(ProblemId("planar-2r", 1, ("singular-configurations",))),

@@ -10,11 +10,9 @@ from collections import Counter
 from dataclasses import replace
 from functools import cache
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -30,7 +28,6 @@ from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.short_questions.options import ConfigurationOptions
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.writing.problem_texts import write_hints, write_option, write_prompt, write_solution
-from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
@@ -291,45 +288,10 @@ def test_notebooks_hold_drawings_to_choose_from() -> None:
     assert describe_part_figure(problem.chain, part).count("theta1") == 4
 
 
-@pytest.fixture
-def quiz(tmp_path: Path) -> Path:
-    """An assignment of one problem whose questions are a quiz, for two students."""
-    folder = tmp_path / "quiz"
-    assert CliRunner().invoke(app, ["init", str(folder)]).exit_code == 0
-    file = folder / "assignment.toml"
-    head = file.read_text(encoding="utf-8").split("\n[[problem]]")[0] + "\n"
-    file.write_text(head + '[[problem]]\nfamily = "planar-2r"\nquestions = "quiz"\n', encoding="utf-8")
-    (folder / "roster.csv").write_text("student,name\nada,Ada\nbob,Bob\n", encoding="utf-8")
-    return folder
-
-
-def test_a_quiz_is_made_and_graded(quiz: Path) -> None:
-    made = CliRunner().invoke(app, ["generate", str(quiz)])
-    assert made.exit_code == 0, made.output
-    key = next((quiz / "solutions" / "ada").glob("*.ipynb"))
-    (quiz / "submitted" / "ada").mkdir(parents=True)
-    (quiz / "submitted" / "ada" / key.name).write_bytes(key.read_bytes())
-    graded = CliRunner().invoke(app, ["grade", str(quiz)])
-    assert graded.exit_code == 0, graded.output
-    results = [json.loads(line) for line in (quiz / "graded" / "results.jsonl").read_text("utf-8").splitlines()]
-    (ada,) = [result for result in results if result["student"] == "ada"]
-    assert ada["score"] == ada["max_score"] > 0
-    assert {part["outcome"] for part in ada["problems"][0]["parts"]} == {"correct"}
-
-
-def test_another_word_than_quiz_is_refused(quiz: Path) -> None:
-    file = quiz / "assignment.toml"
-    file.write_text(file.read_text(encoding="utf-8").replace('"quiz"', '"quizz"'), encoding="utf-8")
-    refused = CliRunner().invoke(app, ["generate", str(quiz)])
-    assert refused.exit_code == 2 and "questions" in refused.output
-
-
 @pytest.mark.whole  # an arm whose texts are long; short ones are among those of each short question
 def test_columns_are_asked_of_every_arm_of_which_they_are_asked_at_all() -> None:
     """With numbers and offsets columns are longer texts; how long they may be is looked at without."""
-    assert (
-        ALL_QUESTIONS["match-columns"].find_objection(sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter")))
-        is None
-    )
+    plain = sample_chain(ProblemId("orthogonal-3r", 0, variation="chapter"))
+    assert ALL_QUESTIONS["match-columns"].find_objection(plain) is None
     answer = problem_of("orthogonal-3r", 0, "match-columns").parts[0].answer
     assert isinstance(answer, Matching) and len(answer.items) == 3

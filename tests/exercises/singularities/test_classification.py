@@ -1,27 +1,39 @@
-"""Boundary or internal: the kinds of the textbook arms' singularities, and of single configurations."""
+"""Boundary or internal, and the stated reason: true of all arms that differ in lengths, zeros and base alone."""
 
-import json
-from collections.abc import Mapping
-from dataclasses import replace
+import re
+from collections.abc import Sequence
 from itertools import product
-from typing import Any
 
 import numpy as np
 import pytest
 import sympy as sp
 
-from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation.derivation import make_symbolic_arm
+from qdot.exercises.derivation.lengths import are_unrelated, replace_lengths_by_symbols, substitute_arm_lengths
 from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.appearance import describe_appearance
+from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.singularities import reason
+from qdot.exercises.singularities.appearance import ZERO_TOLERANCE, Statement, describe_appearance, find_reason
 from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.classification import classify, classify_conditions, make_domain
+from qdot.exercises.singularities.classification import (
+    classify,
+    classify_conditions,
+    generalize_conditions,
+    make_domain,
+    sample_condition,
+    split_by_value,
+)
+from qdot.exercises.singularities.meanings import list_candidate_meanings
+from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
-from tests.support import DATA
-from tests.support.suites import sample_for_suite, select_for_suite
+from qdot.exercises.verify.singularity_statements import sample_component, statement_holds
+from tests.exercises.arm.sets import compute_rank_ratios, list_task_rows
+from tests.support.suites import few_or_all_families, on_families, sample_for_suite, select_for_suite
 
 T1, T2 = sp.symbols("theta1 theta2")
 
@@ -78,36 +90,6 @@ def test_a_corner_of_the_reach_is_a_boundary_however_blunt(offset: float) -> Non
     assert classify_samples(chain, corners) == ["boundary"] * 3
 
 
-RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
-
-UNDECIDED = {"Scorbot_5R_full_6x5", "pan_tilt_2R"}
-"""More rows than joints, six and five, three and two: what is reached is a surface, to whose boundary nobody would
-think of; the records speak of other reaches."""
-
-KINDS = [
-    (record["name"], number)
-    for record in RECORDS
-    if record["name"] not in UNDECIDED and all(len(row) == 2 for row in record["task_rows"])
-    for number in range(len(record["singular_set"]))
-]
-
-
-def expected(classification: str) -> tuple[str, bool]:
-    """Return kind and uniformity that a record states: boundary, interior …, or one of both (mixed)."""
-    if classification.startswith("interior"):
-        return "internal", True
-    return "boundary", classification == "boundary"
-
-
-@pytest.mark.parametrize(("name", "number"), sample_for_suite(KINDS, 6))
-def test_textbook_kinds(name: str, number: int, textbook_arms: Mapping[str, Any]) -> None:
-    arm = textbook_arms[name]
-    part = arm.record["singular_set"][number]
-    condition = " and ".join(f"({text.removesuffix(' = 0')}) = 0" for text in part["conditions"])
-    found = classify_conditions(arm.chain, (condition,))
-    assert (found.kind, found.is_uniform) == expected(part["classification"])
-
-
 def test_the_roles_of_an_arms_symbols() -> None:
     chain = Chain("RP", (Joint("R", "theta1", 0, "a1", "alpha1"), Joint("P", 0, "d2", 0, 0)), ("vx",))
     roles = make_domain(chain, {"a1": 0.5}).roles
@@ -115,36 +97,9 @@ def test_the_roles_of_an_arms_symbols() -> None:
     assert {name: roles[name] for name in expected_roles} == expected_roles
 
 
-def meanings(family: str) -> list[str]:
-    """Return what is said of the singularities of the chapter's arm of a family, whose point is the tip of its tool."""
-    chain = replace(sample_chain(ProblemId(family, 1, variation="chapter")), tool=None)
-    return [classify(chain, component).meaning for component in find_singular_set(chain) or ()]
-
-
-def test_arms_of_six_joints_are_read_from_their_wrist_centre_and_axes() -> None:
-    """The tip of a tool says little of such a pose; what lies on what line or plane does."""
-    assert meanings("puma-560") == [
-        "the axes of joints 4 and 6 coincide",
-        "arm stretched out or folded back",
-        "the wrist centre is as near to the axis of joint 1 as joint 2 can bring it",
-    ]
-    assert meanings("ur-6r")[:2] == [
-        "the parallel axes of joints 2, 3 and 4 lie in one plane",
-        "the axes of joints 2, 3, 4 and 6 are parallel",
-    ]
-
-
 @pytest.mark.parametrize("family", ["planar-2r", "elbow", "ur-6r", "puma-560", "wrist-zyz", "lbr-7r"])
 def test_where_no_configuration_is_found_nothing_is_said_of_looks(family: str) -> None:
     assert describe_appearance(sample_chain(ProblemId(family, 1)), []).endswith(("meaning", "one line", "one plane"))
-
-
-@pytest.mark.whole
-def test_several_conditions_look_like_more_than_one_of_them_does() -> None:
-    """Axes 1 and 3 of a 7R arm on one line cost no rank; with axes 5 and 7 on another they do."""
-    said = meanings("lbr-7r")
-    assert said[0] == "the axes of joints 3 and 5 coincide"
-    assert "the axes of joints 1 and 3 coincide, and the axes of joints 5 and 7 coincide" in said
 
 
 def test_what_is_so_at_many_configurations_of_a_value_but_not_at_all_is_not_said_of_it() -> None:
@@ -181,22 +136,213 @@ def test_the_tool_may_be_the_only_length_of_an_arm() -> None:
     assert sorted((kind.kind, kind.is_uniform) for kind in kinds) == [("boundary", True), ("internal", True)]
 
 
-def test_the_wrist_of_a_stanford_arm_in_one_line_is_no_boundary() -> None:
-    """All poses around are reached, also along what is lost: P without the wrist, which then turns the hand."""
-    chain = sample_chain(ProblemId("stanford-6r", 2))
-    kinds = {one.list_pieces()[0]: classify(chain, one) for one in find_singular_set(chain) or ()}
-    assert [kind.kind for kind in kinds.values()] == ["boundary", "boundary", "internal"]
-    assert list(kinds)[2] == "theta5 = pi/2" and kinds["theta5 = pi/2"].is_uniform
-
-
 def test_a_slide_far_out_may_be_at_the_boundary_where_it_is_not_drawn_in() -> None:
     """Within two metres of slide 3, all that was found was internal; there are boundary singularities beyond."""
     quarter = sp.pi / 2
-    rows = (
-        Joint("R", "theta1", "h1", "a1", sp.pi),
-        Joint("R", sp.Symbol("theta2") + quarter, "h3", "a3", -sp.pi / 6),
-        Joint("P", quarter, "d3", "a3", 3 * sp.pi / 4),
-        Joint("P", quarter, "d4", 0, quarter),
-    )
+    turning = Joint("R", "theta1", "h1", "a1", sp.pi), Joint("R", sp.Symbol("theta2") + quarter, "h3", "a3", -sp.pi / 6)
+    rows = (*turning, Joint("P", quarter, "d3", "a3", 3 * sp.pi / 4), Joint("P", quarter, "d4", 0, quarter))
     kind = classify_conditions(Chain("far out", rows, VELOCITY_NAMES[:3]), ("theta2 = pi and d4 = -sqrt(2)*a3",))
     assert (kind.kind, kind.is_uniform) == ("boundary", False)
+
+
+def arm(family: str, seed: int = 1) -> Chain:
+    return make_symbolic_arm(sample_chain(ProblemId(family, seed, variation="chapter"))).chain
+
+
+def samples_of(chain: Chain, condition: str) -> tuple[Sample, ...]:
+    """Return configurations at which a condition holds, on arms with different lengths from those examined."""
+    return sample_condition(chain, condition, "another draw", arm_count=4)
+
+
+@on_families(("stanford-6r", "ur-6r", "scara", "scorbot-wrist", "puma-560", "industrial-6r"))
+def test_parallel_axes_are_a_reason_only_where_their_own_columns_depend_on_each_other(family: str) -> None:
+    """At s2 = 0 of a Stanford arm axes 1 and 4 are parallel, which costs no rank by itself."""
+    chain = arm(family)
+    rows = list_task_rows(chain)
+    for component in find_singular_set(chain) or ():
+        samples = [sample for piece in component.list_pieces() for sample in samples_of(chain, piece)]
+        said = find_reason(chain, samples)
+        if said is not None and (joints := re.search(r"axes of joints ([\d, and]+) are parallel", said.words)):
+            columns = [int(number) - 1 for number in re.findall(r"\d", joints[1])]
+            for sample in samples:
+                part = sample.arm.compute_jacobian(sample.q)[np.ix_(rows, columns)]
+                assert np.linalg.matrix_rank(part, 1e-6) < len(columns)
+
+
+@few_or_all_families
+def test_the_reason_that_is_told_holds_at_no_regular_configuration(
+    family: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The search begins at other points, on arms with different lengths from those of the derivation."""
+    chain = arm(family)
+    for component in find_singular_set(chain) or ():
+        read_from = [
+            sample
+            for piece in component.list_pieces()
+            for sample in sample_condition(chain, piece, "classify", arm_count=3)
+        ]
+        said = find_reason(chain, read_from)
+        others = [sample for piece in component.list_pieces() for sample in samples_of(chain, piece)]
+        if said is None:
+            continue
+        assert all(sample.evaluate(said.measure) < ZERO_TOLERANCE for sample in others), said.words
+        assert sum(map(said.predicate, others)) >= 0.9 * len(others), said.words  # here and there it can't be told
+        with monkeypatch.context() as changed:
+            changed.setattr(reason, "_sample_starts", starts)
+            found = {id(sample.arm): zeros(sample.arm, said) for sample in others}
+        for sample in others:
+            for q in found[id(sample.arm)]:
+                is_said = said.predicate(Sample(sample.arm, q))
+                assert not is_said or compute_rank_ratios(sample.arm, chain, q) < 1e-4, said.words
+
+
+def zeros(arm: NumericChain, said: Statement) -> np.ndarray:
+    """Return configurations at which it is so, of those to which the search leads."""
+    (q,) = reason._descend(arm, said.measure, 1)
+    return np.asarray(q[said.measure(arm, q) < reason._CONVERGENCE_TOLERANCE])
+
+
+def starts(kinds: tuple[str, ...]) -> np.ndarray:
+    """Starts other than those of qdot, and more of them."""
+    stream = Stream("other starts")
+    return np.array(
+        [[stream.uniform(-3, 3) if kind == "R" else stream.uniform(0, 1) for kind in kinds] for _ in range(40)]
+    )
+
+
+@pytest.mark.parametrize(("length", "is_told"), [(sp.Symbol("a1"), True), (0, False)])
+def test_how_a_slide_runs_past_a_link_is_a_reason_where_the_link_has_a_length(
+    length: sp.Expr | int, is_told: bool
+) -> None:
+    theta1, theta2, d3 = sp.symbols("theta1 theta2 d3")
+    joints = (Joint("R", theta1, 0, length, 0), Joint("R", theta2, 0, 0, sp.pi / 2), Joint("P", 0, d3, 0, 0))
+    chain = Chain("RRP", joints, ("vx", "vy", "wz"))
+    told = {one.kind for one in list_candidate_meanings(chain, samples_of(chain, "sin(theta2)"))}
+    assert ({"along", "across"} <= told) == is_told
+
+
+def test_a_point_on_two_axes_that_meet_is_told_of_both() -> None:
+    theta1, theta2, d3 = sp.symbols("theta1 theta2 d3")
+    joints = (Joint("R", theta1, 0, 0, -sp.pi / 2), Joint("R", theta2, 0, 0, sp.pi / 2), Joint("P", 0, d3, 0, 0))
+    chain = Chain("spherical", joints, ("vx", "vy", "vz"))
+    told = "the point lies on the axes of joints 1 and 2, which then do not move it"
+    assert describe_appearance(chain, samples_of(chain, "d3 = 0")) == told
+    told = "the point lies on the axis of joint 1, which then does not move it"
+    assert describe_appearance(chain, samples_of(chain, "sin(theta2)")) == told
+
+
+A1, A2 = sp.symbols("a1 a2")
+
+
+def two_links(*offsets: sp.Expr, base: Base = Base(), lengths: Sequence[sp.Expr] = (A1, A2)) -> Chain:  # noqa: B008
+    q = sp.symbols("theta1 theta2")
+    rows = (Joint("R", angle + offset, 0, a, 0) for angle, offset, a in zip(q, offsets, lengths, strict=True))
+    return Chain("two", tuple(rows), ("vx", "vy"), base, title="two links")
+
+
+def test_zeros_of_joints_and_the_place_of_the_base_are_left_out() -> None:
+    moved = two_links(sp.pi / 6, -sp.pi / 2, base=Base((sp.Rational(1, 2), sp.Symbol("b_y"), sp.S.Zero), sp.pi / 3))
+    assert normalize_arm(moved) == normalize_arm(two_links(sp.S.Zero, sp.S.Zero, base=Base(yaw=sp.pi / 3)))
+    assert normalize_arm(moved).parameters == (A1, A2)
+    assert normalize_arm(moved) != normalize_arm(two_links(sp.S.Zero, sp.S.Zero))
+
+
+def test_the_same_configurations_are_the_same_pieces() -> None:
+    chains = [two_links(sp.S.Zero, offset) for offset in (sp.S.Zero, sp.pi / 6, -sp.pi / 2, sp.pi)]
+    components = [(chain, component) for chain in chains for component in find_singular_set(chain) or ()]
+    pieces = {tuple(normalize_conditions(chain, component)) for chain, component in components}
+    assert pieces == {("theta2 = 0", "theta2 = pi")}
+
+
+def test_a_slide_is_counted_from_its_own_zero() -> None:
+    rows = (Joint("R", "theta1", 0, 0, sp.pi / 2), Joint("P", 0, sp.Symbol("d2") + 4, 0, 0))
+    chain = Chain("far", rows, ("vx", "vy"))
+    (component,) = find_singular_set(chain) or ()
+    assert component.list_pieces() == ["d2 = -4"]
+    assert normalize_conditions(chain, component) == ["d2 = 0"]
+
+
+@pytest.mark.parametrize(
+    "name", ["planar-2r/3", "elbow-3r/8@full", "polar-rp/5", "planar-3r/2", "random-3/4", "scara/2@full"]
+)
+def test_a_kind_is_that_of_the_arm_by_itself(name: str) -> None:
+    chain = sample_chain(ProblemId.parse(name))
+    components = find_singular_set(chain) or ()
+    assert components
+    for component in components:
+        assert classify(chain, component) == classify_conditions(chain, tuple(component.list_pieces()))
+
+
+@pytest.mark.parametrize("name", ["planar-3r/2", "wrist-zyz/1", *select_for_suite((), ("spherical/3", "puma-560/1"))])
+def test_kinds_are_the_same_one_by_one_and_at_once(name: str) -> None:
+    chain = sample_chain(ProblemId.parse(name))
+    pieces = [piece for component in find_singular_set(chain) or () for piece in component.list_pieces()]
+    by_piece = (sample_condition(chain, piece, "at once", arm_count=2, samples_per_arm=2) for piece in pieces)
+    samples = [sample for samples in by_piece for sample in samples]
+    assert classify_samples(chain, samples) == [classify_samples(chain, [sample])[0] for sample in samples]
+    assert len(samples) > 3
+    assert classify_samples(chain, []) == []
+
+
+@pytest.mark.parametrize(
+    ("task", "tilt", "turns"),
+    [
+        (("vx", "vy"), 0, True), (("vx", "vy", "wz"), 0, True), (("vx", "vy", "vz"), sp.pi / 2, True),
+        (VELOCITY_NAMES, sp.pi / 2, True), (("vx", "vz"), 0, False), (("vx", "vy"), sp.pi / 2, False),
+        (("vx", "vy", "wx"), 0, False),
+    ],
+)  # fmt: skip
+def test_a_turn_about_the_first_axis_changes_nothing_where_the_rows_turn_into_each_other(
+    task: tuple[str, ...], tilt: sp.Expr, turns: bool
+) -> None:
+    rows = tuple(Joint("R", f"theta{i}", 0, 1, sp.pi / 2) for i in range(1, 4))
+    assert first_joint_moves_all(Chain("turned", rows, task, Base(tilt=sp.S(tilt)))) is turns
+
+
+def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) -> None:
+    general, lengths = replace_lengths_by_symbols(problem.chain)
+    again = substitute_arm_lengths(general, lengths)
+    assert again.parameters == problem.chain.parameters
+    values = {symbol.name: 0.3 + 0.1 * k for k, symbol in enumerate(again.parameters)}
+    q = np.array([0.4 - 0.3 * k for k in range(again.n)])
+    offsets = np.array([float(offset) for offset in problem.chain.offsets])
+    one, other = NumericChain(problem.chain, values), NumericChain(again, values)
+    np.testing.assert_allclose(other.compute_jacobian(q + offsets), one.compute_jacobian(q), atol=1e-12)
+    np.testing.assert_allclose(other.compute_point(q + offsets), one.compute_point(q), atol=1e-12)
+
+
+@few_or_all_families
+def test_what_is_told_of_a_structure_holds_for_the_arm(problem: Problem) -> None:
+    for component in find_singular_set(problem.chain) or ():
+        pieces, (_, known) = normalize_conditions(problem.chain, component), generalize_conditions(problem.chain)
+        if all(piece in known for piece in pieces):
+            kind = classify(problem.chain, component)
+            own = classify_conditions(normalize_arm(problem.chain), tuple(pieces))
+            samples = sample_component(problem.chain, component)
+            assert all(statement_holds(problem.chain, kind.meaning, sample) for sample in samples)
+            assert not (kind.is_uniform and own.is_uniform) or kind.kind == own.kind
+
+
+def test_arms_with_special_lengths_are_looked_at_by_themselves() -> None:
+    """Folded back, the point is on the axis of joint 1 where links are as long as each other: inside the reach."""
+    kinds = {}
+    for second in (4, 5):
+        chain = two_links(sp.S.Zero, sp.S.Zero, lengths=(sp.Rational(1, 2), sp.Rational(second, 10)))
+        (component,) = find_singular_set(chain) or ()
+        parts = [part for _, part in split_by_value(component, classify(chain, component))]
+        kinds[second] = [classify(chain, part).kind for part in parts]
+        assert bool(generalize_conditions(chain)[1]) is (second == 4), component
+    assert kinds == {4: ["boundary", "boundary"], 5: ["boundary", "internal"]}
+
+
+@pytest.mark.parametrize(
+    ("lengths", "apart"),
+    [
+        ((3, 4, 5), True), ((3, 4, 7), False), ((3, 3), False), ((1, 2, 4, 9), True), ((1, 2, 4, 7), False),
+        ([3**k for k in range(8)], True), ([3**k for k in range(9)], False), ((1, sp.Symbol("a2")), False),
+    ],
+)  # fmt: skip
+def test_lengths_that_are_sums_of_others_are_related_and_many_or_open_ones_may_be(
+    lengths: Sequence[int], apart: bool
+) -> None:
+    assert are_unrelated([sp.S(length) / 20 for length in lengths]) is apart

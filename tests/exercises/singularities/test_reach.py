@@ -25,7 +25,6 @@ BESIDE = (
 
 
 def arms(family: str) -> list[tuple[NumericChain, list[int]]]:
-    """Return some arms of a family in numbers, with the rows of their task."""
     chains = [sample_chain(ProblemId(family, seed)) for seed in range(4)]
     lengths = ({symbol.name: 0.35 + 0.11 * k for k, symbol in enumerate(chain.parameters)} for chain in chains)
     rows = ([VELOCITY_NAMES.index(row) for row in chain.task] for chain in chains)

@@ -1,7 +1,6 @@
-"""Singular sets: those of the textbook arms, sound and complete, and the solutions of single conditions."""
+"""Singular sets: those of the textbook arms, sound and complete, and which conditions can hold together."""
 
-import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -17,6 +16,7 @@ from qdot.exercises.arm.trigonometry import factor_trig
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.formula.conditions import ConfigurationSpace
 from qdot.exercises.singularities.classification import make_domain
+from qdot.exercises.singularities.joint_solvability import drop_implied, is_implied, may_hold_simultaneously
 from qdot.exercises.singularities.singular_set import (
     Search,
     find_common_zeros,
@@ -24,18 +24,9 @@ from qdot.exercises.singularities.singular_set import (
     solve_condition,
     tidy_branches,
 )
-from tests.exercises.arm.sets import (
-    assert_same_set,
-    compare_with_book,
-    compute_rank_ratios,
-    read_singular_set,
-    search_singularities,
-)
-from tests.support import DATA
+from tests.exercises.arm.sets import compare_with_book, compute_rank_ratios, read_singular_set, search_singularities
 from tests.support.suites import select_for_suite
 
-RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
-PLAIN = [record["name"] for record in RECORDS if all(row[0] in "vw" and len(row) == 2 for row in record["task_rows"])]
 PI = sp.pi
 T1, T2, T3 = sp.symbols("theta1 theta2 theta3")
 A1, A2, A3 = sp.symbols("a1 a2 a3")
@@ -52,19 +43,6 @@ def arm(task: str, *rows: tuple[Any, ...]) -> Chain:
 
 D1, D2, P1, P2, P4 = (symbol(name) for name in ("d1", "d2", "a1", "a2", "a4"))
 TWO = arm("vx vy", ("R", T1, 0, A1, 0), ("R", T2, 0, A2, 0))
-
-
-@pytest.mark.parametrize("name", PLAIN)
-def test_textbook_singular_sets(name: str, textbook_arms: Mapping[str, Any]) -> None:
-    """Those of the records, and nothing that a search finds is beside them."""
-    chain, record = textbook_arms[name].chain, textbook_arms[name].record
-    assert find_singular_set(chain) is not None
-    assert_same_set(
-        chain, read_singular_set(chain), [" and ".join(part["conditions"]) for part in record["singular_set"]]
-    )
-    found = search_singularities(chain, name)
-    assert len(found.reached) or name == "cartesian_PPP"
-    assert found.are_in(read_singular_set(chain)).all()
 
 
 def elbow(a1: sp.Expr, a2: sp.Expr, a3: sp.Expr) -> Chain:
@@ -160,14 +138,6 @@ def test_a_condition_on_several_joints_stays_a_condition() -> None:
     shoulder = find_singular_set(elbow(A1, A2, A3)) or ()
     assert shoulder[1].solutions is None
     assert shoulder[1].list_pieces() == ["a1 + a2*cos(theta2) + a3*cos(theta2 + theta3) = 0"]
-
-
-def test_symmetric_arms_have_symmetric_sets(textbook_arms: Mapping[str, Any]) -> None:
-    """Turning or moving the base changes no singularity."""
-    chain = textbook_arms["elbow_RRR"].chain
-    moved = replace(chain, base=replace(chain.base, position=(R(1), R(2), R(3)), yaw=PI / 6, tilt=PI / 2))
-    book = [text for component in find_singular_set(chain) or () for text in component.list_pieces()]
-    assert compare_with_book(chain, read_singular_set(moved), book).are_equal
 
 
 def test_a_condition_may_hold_at_one_root_of_an_angle_only() -> None:
@@ -266,3 +236,84 @@ def test_the_set_of_an_arm_as_nobody_would_draw_it_is_sound_and_complete(kind: i
             continue
         assert found.are_in(read_singular_set(chain)).all(), (seed, chain)
         assert_sound(chain, stream)
+
+
+T = sp.symbols("theta1:4")
+A, B, H, ALPHA = sp.symbols("a1 a2 h alpha1")
+SLIDE = sp.Symbol("d3")
+s, c = sp.sin, sp.cos
+NEVER_IN_GENERAL: list[tuple[sp.Expr, ...]] = [
+    (s(T[0]), c(T[0])), (A * c(T[0]) + B * s(T[0]), A * s(T[0]) - B * c(T[0])),
+    (A + B * c(T[1]), H + B * s(T[1])),  # for a2^2 = a1^2 + h^2 only
+    (SLIDE - A, SLIDE + A), (c(T[0]) - c(ALPHA), s(T[0]) - 2 * s(ALPHA)),
+    (c(T[0]) - c(R(7, 10)), c(2 * T[0]) - c(R(3, 5))), (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(1, 3)),
+]  # fmt: skip
+POSSIBLE: list[tuple[sp.Expr, ...]] = [
+    (s(T[0]), s(2 * T[0])), (c(T[0]) - c(sp.pi / 7), c(2 * T[0]) - c(2 * sp.pi / 7)),
+    (c(T[0]) - c(R(3, 10)), c(2 * T[0]) - c(R(6, 10))),
+    (c(T[0]) - c(ALPHA), c(2 * T[0]) - c(2 * ALPHA), c(T[0] / 1) - c(ALPHA)),
+    (c(T[0]) - c(ALPHA / 2), 2 * c(T[0]) ** 2 - 1 - c(ALPHA)), (c(T[0]) - sp.sqrt(5) / 3, s(T[0]) - R(2, 3)),
+    (c(T[0]) - sp.sqrt(6) / 3, s(T[0]) - sp.sqrt(3) / 3), (A + B * c(T[1]), SLIDE - H),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("conditions", [*NEVER_IN_GENERAL, *POSSIBLE])
+def test_impossible_combinations_are_recognised_and_possible_ones_kept(conditions: tuple[sp.Expr, ...]) -> None:
+    assert may_hold_simultaneously(conditions, (*T, SLIDE)) is (conditions in POSSIBLE)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_conditions_through_a_common_point_may_hold(seed: int) -> None:
+    """Random sums; a constant is subtracted so that each vanishes at a common point with rational sines and cosines."""
+    stream = Stream(f"together/{seed}")
+    point: dict[sp.Expr, sp.Expr] = {}
+    for joint in T[:2]:
+        t = R(stream.integer(-9, 9), 7)
+        point |= {c(joint): (1 - t**2) / (1 + t**2), s(joint): 2 * t / (1 + t**2)}
+    conditions = []
+    for _ in range(stream.integer(2, 4)):
+        terms = [stream.integer(1, 9) * stream.choice(list(point)) * stream.choice([A, B, 1]) for _ in range(3)]
+        total = sp.Add(*terms)
+        conditions.append(total - total.xreplace(point))
+    assert may_hold_simultaneously(conditions, T)
+
+
+@pytest.mark.whole
+def test_a_contradiction_between_some_conditions_excludes_all_of_them() -> None:
+    """A Gröbner basis of all three would take too long, but two suffice. Fixed joints are substituted first."""
+    whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in T for p in T), H)
+    assert not may_hold_simultaneously([whole, whole**2 + 1, whole**3 - A], T)
+    five = sp.symbols("theta1:6")
+    long = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in five for p in five), H)
+    fixed = [1 - c(five[0]), s(five[1]), c(five[2] + ALPHA), s(five[3]) * B + A]
+    at_all = [*fixed, long - long.xreplace({five[4]: 0}), c(five[4])]
+    assert not may_hold_simultaneously(at_all, five)
+    assert may_hold_simultaneously(at_all[:-1], five)
+    assert may_hold_simultaneously([*fixed, s(five[0]), s(2 * five[1]), c(2 * five[2] + 2 * ALPHA) + 1], five)
+
+
+def test_slow_cases_stay_undecided() -> None:
+    four = sp.symbols("theta1:5")
+    whole = sum((s(q) * c(p) * A + c(q) ** 2 * B for q in four for p in four), H)
+    assert may_hold_simultaneously([whole, whole + 1], four)
+
+
+def test_a_condition_follows_from_others() -> None:
+    assert is_implied(s(2 * T[0]), [s(T[0])], T)
+    assert is_implied(c(T[0]), [A * c(T[0]) + B * s(T[0]), A * c(T[0]) - B * s(T[0])], T)
+    assert not is_implied(s(T[0]), [s(2 * T[0])], T)
+    assert not is_implied(s(T[1]), [s(T[0])], T)
+
+
+def test_conditions_that_follow_from_others_are_left_out() -> None:
+    long = A * c(T[0]) * s(T[1]) + B * s(T[0]) * c(T[1])
+    assert drop_implied([s(T[0]), s(T[1]), long], T) == (s(T[0]), s(T[1]))
+    assert drop_implied([s(T[0]), s(T[1]), long + c(T[0]) * H], T) == (s(T[0]), s(T[1]), long + c(T[0]) * H)
+
+
+def test_a_higher_limit_decides_more_cases() -> None:
+    """The minors of two rows and three columns: where the first column is not zero, two of them make the third one."""
+    minors = [s(T[0]) * c(T[1]) - c(T[0]) * s(T[1]) * A, s(T[0]) * c(T[2]) * B - c(T[0]) * s(T[2])]
+    third = A * s(T[1]) * c(T[2]) * B - c(T[1]) * s(T[2])
+    assert not is_implied(third, minors, T, 10)
+    assert is_implied(third, minors, T, 10_000)
