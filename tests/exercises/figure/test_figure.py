@@ -1,8 +1,9 @@
-"""The figure of an arm: what must hold for the drawing of any chain, and of any pose that is given."""
+"""The figure of an arm: what must hold for the drawing of any chain, of any given pose, and in the dark."""
 
 import re
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import combinations
@@ -27,13 +28,13 @@ from qdot.exercises.figure.arm_figure import (
 from qdot.exercises.figure.lettering import LETTERING_HEIGHT, measure_width, write_upright
 from qdot.exercises.figure.plane import is_drawn_flat, make_numbers_exact
 from qdot.exercises.figure.pose import LONG_ARM_JOINTS, find_best_poses, list_candidate_poses, make_drawable_chain
-from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D, format_one_decimal
+from qdot.exercises.figure.shapes import Box, Circle, Figure, Glyph, Polyline, Text, Vector2D
 from qdot.exercises.figure.small import PANEL_SIZE, PanelSet, draw_singular_panels
 from qdot.exercises.figure.words import describe_figure
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.singularities.singular_set import find_singular_set
-from tests.support import problems
+from tests.support import ROOT, problems
 from tests.support.figures import count_link_crossings, draw_arm, find_faults
 from tests.support.problems import LONG_ARMS
 from tests.support.suites import few_families, on_families, select_families, select_for_suite
@@ -98,8 +99,6 @@ ARMS = {
         turning(4, 0, -PI / 2, Q(43, 100)), turning(5, 0, PI / 2), turning(6, 0, 0, D6),
     ),
 }  # fmt: skip
-
-
 REPORTED = ("pan-tilt/2", "elbow/1", "puma-560/3", "ur-6r/2", "random-3/3", "random-3/4")
 """Problems whose figures were once hard to read."""
 SAMPLED = (*(f"{name}/1" for name in select_families()), *REPORTED)
@@ -136,7 +135,6 @@ def words(figure: Figure) -> list[str]:
 
 
 def strokes(figure: Figure, *styles: str) -> list[tuple[Vector2D, ...]]:
-    """Return the lines of some styles."""
     return [shape.points for shape in figure.shapes if isinstance(shape, Polyline) and shape.style in styles]
 
 
@@ -145,7 +143,6 @@ def glyphs(figure: Figure) -> list[Glyph]:
 
 
 def ink(figure: Figure) -> list[tuple[str, tuple[Vector2D, ...]]]:
-    """Return all lines and circles of a drawing, with the style of each."""
     inner = [one for shape in figure.shapes for one in (shape.shapes if isinstance(shape, Glyph) else (shape,))]
     return [(one.style, one.points if isinstance(one, Polyline) else (one.center,)) for one in inner]
 
@@ -279,11 +276,6 @@ def test_no_name_lies_on_another_and_no_link_across_one_at_any_step(family: str)
         ), step
 
 
-def test_a_given_pose_is_drawn() -> None:
-    stretched = draw_arm(ARMS["2r"], {"theta1": 0.0, "theta2": 0.0})
-    assert len({round(y, 6) for link in strokes(stretched, "link") for _, y in link}) == 1
-
-
 def test_a_given_pose_is_drawn_from_the_clearest_side(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[tuple[float, object]] = []
 
@@ -320,10 +312,6 @@ def test_alt_text_tells_the_angle_in_the_row_of_a_slide(turned: sp.Expr, count: 
     assert text.count("x2 is rotated by 90") == text.count("x2 is rotated") == count
 
 
-def test_numbers_have_one_decimal_and_no_negative_zero() -> None:
-    assert [format_one_decimal(value) for value in (-0.04, 0.0, 12.25, -3.21)] == ["0.0", "0.0", "12.3", "-3.2"]
-
-
 def test_arms_that_stay_in_a_plane_are_drawn_flat() -> None:
     for name, seen in (("rpr", "x_w and y_w, seen from +z_w"), ("prr-upright", "x_w and z_w, seen from -y_w")):
         assert f"drawn flat in the plane of {seen}" in describe_figure(ARMS[name])
@@ -331,10 +319,7 @@ def test_arms_that_stay_in_a_plane_are_drawn_flat() -> None:
     assert "drawn in space" in describe_figure(ARMS["spherical"])
 
 
-SINGULAR = ("2r", "2r-l", "3r", "rp", "elbow-floor", "elbow-wall", "spherical", "rpr")
-
-
-@pytest.mark.parametrize("name", SINGULAR)
+@pytest.mark.parametrize("name", ("2r", "2r-l", "3r", "rp", "elbow-floor", "elbow-wall", "spherical", "rpr"))
 def test_singular_configurations_are_drawn_inside_their_panels(name: str) -> None:
     figures = panel(ARMS[name]).drawings
     captions = [caption for caption, _ in figures]
@@ -539,3 +524,73 @@ def test_a_given_pose_can_be_read_and_names_all_joints_axes_and_the_point(family
         if family in LONG_ARMS:
             spots = [text.named_point for text, word in zip(figure.texts, words(figure), strict=True) if "O" in word]
             assert min(float(np.hypot(*np.subtract(a, b))) for a, b in combinations(spots, 2)) >= APART
+
+
+PAGES = ("site/src/site.css", "templates/reports/feedback.css.j2", "templates/exports/paper.css.j2")
+"""Style sheets of pages that are dark by themselves and show figures."""
+FILTER = re.compile(r"invert\(([\d.]+)\) hue-rotate\(180deg\)")
+HALF_TURN = np.array([[-0.574, 1.43, 0.144], [0.426, 0.43, 0.144], [0.426, 1.43, -0.856]])
+"""The matrix by which hue-rotate(180deg) multiplies red, green and blue (Filter Effects, section 9.8)."""
+LETTERS, LINES = 4.5, 3.0
+"""Contrast that WCAG asks for, of letters and of what else has to be told apart."""
+FILLING = ("link-inside", "rod-inside", "rod", "link", "joint-face", "joint-side", "plate", "pedestal", "hatch")
+"""Bodies and the ground, which have outlines or are told by their shape."""
+
+
+def drawings() -> Iterator[str]:
+    arm = sample_chain(ProblemId.parse("elbow-3r/1@chapter"))
+    numbers = sample_chain(ProblemId.parse("planar-2r/1@full"))
+    yield from (draw_figure_svg(arm), draw_singular_svg(arm), draw_thumbnail_svg(arm), draw_figure_svg(numbers))
+    yield draw_options_svg(arm, [{q.name: 0.3 * k for q in arm.q} for k in range(4)])
+
+
+def colour(code: str) -> np.ndarray:
+    return np.array([int(code[k : k + 2], 16) / 255 for k in (1, 3, 5)])
+
+
+def turned_round(rgb: np.ndarray, amount: float) -> np.ndarray:
+    inverted = np.clip(amount + rgb * (1 - 2 * amount), 0, 1)
+    return np.clip(HALF_TURN @ inverted, 0, 1)
+
+
+def luminance(rgb: np.ndarray) -> float:
+    linear = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return float(linear @ (0.2126, 0.7152, 0.0722))
+
+
+def contrast(first: np.ndarray, second: np.ndarray) -> float:
+    low, high = sorted((luminance(first), luminance(second)))
+    return (high + 0.05) / (low + 0.05)
+
+
+def inks() -> dict[str, tuple[str, float]]:
+    """The colours of lines and lettering by class, and the contrast that each needs."""
+    shapes = (ROOT / "templates/figure/shapes.svg.j2").read_text()
+    lines = re.findall(r'"([\w-]+)": .*?(?:fill|stroke)="(#\w{6})"', shapes)
+    letters = re.findall(r'"(\w+)": "(#\w{6})"', shapes)
+    wanted = {name: (code, LINES) for name, code in lines if name not in FILLING}
+    return wanted | {f"letters of {name}": (code, LETTERS) for name, code in letters}
+
+
+def test_every_drawing_lies_on_a_light_card_of_its_own() -> None:
+    """JupyterLab and others are dark whatever the reader's system is: a picture there can't know, so it needs none."""
+    for svg in drawings():
+        root = ET.fromstring(svg)
+        card = next(one for one in root if one.tag not in (f"{SVG}title", f"{SVG}desc"))
+        assert card.tag == f"{SVG}rect" and card.get("fill") == "#ffffff"
+        left, top, wide, high = map(float, (root.get("viewBox") or "").split())
+        assert (left, top) == (0, 0)
+        assert (float(card.get("width", 0)), float(card.get("height", 0))) == (wide - 1, high - 1)
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_what_is_drawn_is_readable_on_its_card_and_turned_round(page: str) -> None:
+    amounts = {float(amount) for amount in FILTER.findall((ROOT / page).read_text())}
+    assert len(amounts) == 1, "a dark page turns the lightness of drawings round"
+    (amount,) = amounts
+    white = np.ones(3)
+    found = inks()
+    assert {"axis-x", "arc", "lost", "letters of angle", "letters of z"} <= set(found)
+    for name, (code, least) in found.items():
+        assert contrast(colour(code), white) >= least, name
+        assert contrast(turned_round(colour(code), amount), turned_round(white, amount)) >= least, name

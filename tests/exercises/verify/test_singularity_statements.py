@@ -1,4 +1,4 @@
-"""Statements about singular configurations in solutions hold for every family, and false ones are detected."""
+"""Statements about singular configurations, also true or false ones, hold, and certificates detect false ones."""
 
 import re
 from collections.abc import Iterator
@@ -11,6 +11,8 @@ from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.generation import generate, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions.singular import KindDetails
+from qdot.exercises.reference_answers import Choice
+from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
@@ -18,13 +20,10 @@ from qdot.exercises.singularities.singular_set import Component, find_singular_s
 from qdot.exercises.verify import singularity_statements
 from qdot.exercises.verify.certificate import certify
 from qdot.exercises.verify.singularity_statements import statement_holds
+from qdot.exercises.writing.problem_texts import write_solution
 from tests.support.suites import few_families, few_or_all_families, sample_for_suite, select_for_suite
 
 FARTHEST = "as far from the axis of joint 2 as joint 3 can bring it"
-
-
-def chain_of(identity: str) -> Chain:
-    return sample_chain(ProblemId.parse(identity))
 
 
 def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
@@ -37,11 +36,8 @@ def parts(chain: Chain) -> Iterator[tuple[list[str], str]]:
 
 def are_so(chain: Chain, pieces: list[str], words: str) -> set[bool]:
     arm = normalize_arm(chain)
-    return {
-        statement_holds(arm, words, sample)
-        for piece in pieces
-        for sample in sample_condition(arm, piece, "test", samples_per_arm=6)
-    }
+    samples = [sample for piece in pieces for sample in sample_condition(arm, piece, "test", samples_per_arm=6)]
+    return {statement_holds(arm, words, sample) for sample in samples}
 
 
 @few_or_all_families
@@ -85,7 +81,7 @@ def test_the_same_of_other_joints_is_not(family: str) -> None:
     ),
 )
 def test_what_is_said_of_an_arm_is_true_or_false(identity: str, piece: str, words: str, is_so: bool) -> None:
-    chain = chain_of(identity)
+    chain = sample_chain(ProblemId.parse(identity))
     assert (are_so(chain, [piece], words) == {True}) is is_so
     assert is_so or ([piece], words) not in list(parts(chain))
 
@@ -116,3 +112,36 @@ def test_a_false_sentence_or_kind_fails_the_certificate(
     monkeypatch.setattr(singularity_statements, "classify", falsely)
     (failure,) = certify(problem).failures
     assert failure.name.startswith(f"{question}: said of") and said.meaning in failure.detail
+
+
+@pytest.mark.parametrize("family", ["planar-3r", "elbow-3r"])
+def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) -> None:
+    answers = set()
+    for seed in range(40):
+        problem = generate(ProblemId(family, seed, ("true-or-false",)))
+        (part,) = problem.parts
+        if part.details_as(ConfigurationStatement).statement_kind == "singular":
+            assert isinstance(part.answer, Choice)
+            assert certify(problem).passed
+            answers.add(part.answer.options[part.answer.correct])
+        if answers == {"true", "false"}:
+            return
+    pytest.fail(f"of 40 statements, {answers} only")
+
+
+@pytest.mark.parametrize(
+    ("problem", "conditions", "one_side"),
+    [("orthogonal-3r/219@lengths", 2, False), ("orthogonal-3r/4@full", 1, False), ("planar-2r/3@lengths", 1, True)],
+)
+def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
+    problem: str, conditions: int, one_side: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """P on the axis of joint 2 is on the boundary, but reaches both sides of the lost direction there."""
+    asked = generate(problem, ["singularity-type"])
+    (part,) = asked.parts
+    solution = write_solution(asked, part)
+    assert part.details_as(KindDetails).singularity_kind == "boundary"
+    assert ("to one side of this point only" in solution) == one_side and certify(asked).passed
+    assert solution.partition("the Jacobian loses rank")[0].count("= 0") == conditions
+    monkeypatch.setattr("qdot.exercises.verify.singularity_statements.is_one_sided", lambda *_: True)
+    assert certify(asked).passed == one_side

@@ -66,9 +66,6 @@ def _starts(plain: str) -> list[tuple[str, bool]]:
     return [(text, i > 0 and paragraphs[i - 1] == "F") for i, text in enumerate(paragraphs)]
 
 
-# --- no answer ---
-
-
 def _keeps(problem: Problem, part: Part, text: str) -> None:
     answer, where = part.answer, f"{problem.id} {part.name}: {text}"
     if isinstance(answer, Choice):
@@ -207,9 +204,6 @@ def test_of_a_result_one_column_or_entry_is_shown_if_others_are_left() -> None:
     assert not HintContext.reveals_entry(sp.Matrix([x, 1, 0.51]), sp.Matrix([0.5, 1, y]))
 
 
-# --- where they are shown ---
-
-
 @pytest.mark.xdist_group("planar-2r")
 @pytest.mark.parametrize("format", ["text", "latex", "html", "ipynb", "json"])
 def test_show_has_hints_when_they_are_asked_for(format: str) -> None:
@@ -231,8 +225,6 @@ def test_the_program_shows_hints() -> None:
     assert re.search(r"Hint 1\. .*Hint 2\. .*Hint 3\. ", result.output, re.DOTALL)
 
 
-# --- hints of an assignment ---
-
 TOML = 'title = "T"\nkey = "hw"\n\n[[problem]]\nfamily = "planar-2r"\nquestions = ["position"]\n'
 
 
@@ -247,19 +239,15 @@ def folder(tmp_path: Path) -> Path:
 
 def test_hints_make_another_edition_of_the_same_problems(folder: Path) -> None:
     plain = load_assignment(folder)
-    assert (
-        not plain.hints
-        and (release_notebooks_of_student(ReleaseContext(plain, CERTIFIER), "s001").outcome) == "written"
-    )
+    assert not plain.hints
+    assert release_notebooks_of_student(ReleaseContext(plain, CERTIFIER), "s001").outcome == "written"
     (folder / "assignment.toml").write_text("hints = false\n" + TOML)
     assert load_assignment(folder).notebook_digest == plain.notebook_digest
     (folder / "assignment.toml").write_text("hints = true\n" + TOML)
     hinted = load_assignment(folder)
     assert hinted.problems_digest == plain.problems_digest and hinted.notebook_digest != plain.notebook_digest
-    assert [release_notebooks_of_student(ReleaseContext(hinted, CERTIFIER), "s001").outcome for _ in range(2)] == [
-        "rewritten",
-        "kept",
-    ]
+    for outcome in ("rewritten", "kept"):
+        assert release_notebooks_of_student(ReleaseContext(hinted, CERTIFIER), "s001").outcome == outcome
     for kind in ("released", "solutions"):
         assert (folder / kind / "s001" / "hw.ipynb").read_text().count("<summary>Hint") == 3
     for wrong, place in (('hints = "yes"\n' + TOML, 'line 1: hints = "yes"'), (TOML + "hints = true\n", "line 7: ")):

@@ -13,8 +13,7 @@ from babel.messages.catalog import Catalog, Message
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, select_quiz_questions
 from qdot.exercises.mistakes.catalogue import CATALOGUE
-from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.reference_answers import Choice, Matching, Selection
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.site.bank import make_titles_json
 from qdot.exercises.site.record import make_site_record, translate_record, translate_solutions
 from qdot.exercises.writing import languages, translatable_phrases
@@ -52,7 +51,6 @@ LEFT = re.compile(
     r"|singularity|lie|one|two|three|each|moves?|turned|radians|typed)\b"
 )
 """English words that no German text has; those of a third language may have others."""
-
 ASKED_A_QUIZ = select_for_suite(
     ("planar-2r", "wrist-zyz"), tuple(name for name in FAMILIES if not FAMILIES[name].has_varied_structure)
 )
@@ -75,13 +73,9 @@ def both(problem: Problem, language: str) -> Iterator[tuple[str, str, str]]:
         told = zip(write_hints(problem, part), write_hints(problem, part, language), strict=True)
         for number, (english, own) in enumerate(told, 1):
             yield f"{part.name}: hint {number}", english, own
-        for index in range(options_of(part)):
+        for index in range(len(part.answer.offered_options)):
             own = write_option(problem, part, index, language)
             yield f"{part.name}: option {index}", write_option(problem, part, index), own
-
-
-def options_of(part: Part) -> int:
-    return len(part.answer.options) if isinstance(part.answer, (Choice, Selection, Matching)) else 0
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -100,9 +94,6 @@ def test_the_texts_of_a_family_hold_the_same_formulas_and_no_english(language: s
         assert load_catalogue(language).translate_arm_title(problem.chain.title) != problem.chain.title
 
 
-# --- the files of messages ---
-
-
 @pytest.fixture(scope="module")
 def due() -> Catalog:
     return collect_catalog()
@@ -119,9 +110,8 @@ def test_make_messages_has_nothing_to_write(language: str, due: Catalog) -> None
     text = path.read_text(encoding="utf-8")
     assert po_text(merge_messages(path, due)) == text, "run `make messages`"
     assert not re.search(r"POT-Creation|Revision-Date|Generated-By|[/]home/|:\d+$", text, re.MULTILINE)
-    assert (collect_messages.SITE / f"{language}.json").read_text(encoding="utf-8") == site_text(
-        language, read_catalogue(path)
-    )
+    of_site = (collect_messages.SITE / f"{language}.json").read_text(encoding="utf-8")
+    assert of_site == site_text(language, read_catalogue(path))
     assert f'"./{language}.json"' in (collect_messages.SITE / "languages.ts").read_text(encoding="utf-8")
 
 
@@ -196,13 +186,10 @@ def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypa
     assert read_catalogue(path).translate_phrase("row number 2") == "row number 2", "what is fuzzy is shown in English"
 
 
-# --- a language that is only accents: what of it has none is in no message ---
-
 ACCENTS = str.maketrans("eouEOU", "éóúÉÓÚ")
 PLAIN = str.maketrans("éóúÉÓÚ", "eouEOU")
 WORDLESS = re.compile(rf"{PIECES.pattern}|\*\*[A-H]+\.?\*\*", re.DOTALL)
 """Texts without words of a language: formulas, code, and the letters of options."""
-
 KEPT = re.compile(r"(\$\$.*?\$\$|\$[^$]*\$|`[^`]*`|%\(\w+\)s|\{[\w-]+\})", re.DOTALL)
 
 
@@ -225,9 +212,8 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
             one = message.id
             message.string = accented(one) if isinstance(one, str) else tuple(map(accented, one))
     for name in translatable_phrases.ARMS:
-        found(made, name, languages.ARM_IN_SENTENCE).string = accented(
-            load_catalogue("en").translate_arm_in_sentence(name)
-        )
+        in_sentence = load_catalogue("en").translate_arm_in_sentence(name)
+        found(made, name, languages.ARM_IN_SENTENCE).string = accented(in_sentence)
     found(made, ".", "decimal sign").string = "."
     (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
     yield "eo"
@@ -259,18 +245,14 @@ def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog
     assert find_faults(scratch, open_catalog(languages.LOCALE / f"{scratch}.po"), due) == []
 
 
-# --- German ---
-
-
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_the_sentences_on_mistakes_are_found_again_in_the_language(language: str) -> None:
     for name, kind in CATALOGUE.items():
         fields = re.findall(r"\{(\w+)\}", kind.message)
         words = {field: str(number) for number, field in enumerate(dict.fromkeys(fields), 1)}
-        own = load_catalogue(language).translate_mistake_sentence(
-            kind.name, kind.message, kind.chapter_reference, kind.format_message(words)
-        )
-        says = load_catalogue(language).translations.pgettext(name_mistake_context(name), kind.message)
+        catalogue, english = load_catalogue(language), kind.format_message(words)
+        own = catalogue.translate_mistake_sentence(kind.name, kind.message, kind.chapter_reference, english)
+        says = catalogue.translations.pgettext(name_mistake_context(name), kind.message)
         assert says != kind.message and own.startswith(says.format(**words)), name
         assert not LEFT.findall(own), own
 

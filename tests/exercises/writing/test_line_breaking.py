@@ -32,7 +32,6 @@ def formulas(identity: ProblemId) -> set[str]:
 
 
 def width(latex: str) -> float:
-    """The width of a formula."""
     return line_breaking.estimate_width(parse_latex(latex))
 
 

@@ -99,9 +99,6 @@ def test_what_is_shown_of_screws_is_equal_to_the_reference_and_short(problem_id:
         assert not re.search(r"\\sqrt\{3\}[^&]*\\cos[^&]*0\.25 \\sin", write_solution(problem, part)), part.name
 
 
-# --- angles of parallel axes ---
-
-
 def same(first: sp.Expr, second: sp.Expr, seed: str) -> bool:
     symbols = sorted(first.free_symbols | second.free_symbols, key=str)
     stream = Stream(seed)
@@ -198,7 +195,6 @@ def test_code_means_the_reference(problem: Problem) -> None:
 
 
 def planar(*thetas: sp.Expr, alphas: tuple[sp.Expr, ...] = (), base: Base | None = None) -> Chain:
-    """Return a planar arm with these angles in its table."""
     twists = [*alphas, *[sp.S.Zero] * (len(thetas) - len(alphas))]
     rows = zip(thetas, twists, strict=True)
     joints = tuple(Joint("R", theta, sp.S.Zero, sp.Symbol(f"a{i}"), alpha) for i, (theta, alpha) in enumerate(rows, 1))

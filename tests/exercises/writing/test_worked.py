@@ -51,7 +51,6 @@ SCREWS = (
 
 
 def told(problem_id: str, *names: str) -> str:
-    """Return statement, hints and solutions."""
     problem = generate(problem_id, list(names))
     parts = [text for part in problem.parts for text in (*write_hints(problem, part), write_solution(problem, part))]
     return "".join((write_statement(problem, ""), *parts))
