@@ -44,24 +44,20 @@ STUDENTS = select_for_suite(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
 SECRET = "a secret for tests only"
-
 OF_CONVENTIONS = {"own-frame-velocity", *(question.name for question in screws.QUESTIONS)}
 """Questions that are asked of arms told in one convention only."""
-
 FEW = {
     "joint-axes", "link-velocity", "singularity-type", "rank", "jacobian-size", "invertibility",
     "singularity-meaning", "lost-direction",
 }  # fmt: skip
 """Questions whose answers are few by nature: axes in the plane, an inner frame's velocity, three options."""
-
 LEAST_DISTINCT = 0.4
 """Part of a class (up to 40) that has different answers, for all other questions."""
 
 
 def fingerprint(problem: Problem) -> str:
-    told = repr(
-        (problem.chain.joints, problem.chain.base, problem.chain.tool, problem.chain.task, compute_digests(problem))
-    )
+    chain = problem.chain
+    told = repr((chain.joints, chain.base, chain.tool, chain.task, compute_digests(problem)))
     return hashlib.sha256(told.encode()).hexdigest()
 
 
@@ -71,8 +67,6 @@ from qdot.exercises.generation import generate
 from tests.exercises.test_generation import fingerprint
 print(json.dumps([fingerprint(generate(identity)) for identity in sys.argv[1:]]))
 """
-
-
 ASKED_ALONE = select_for_suite(("planar-3r", "polar-rp", "wrist-zyz"), tuple(FIXED))
 """In `make test`, families that can be asked every question between them."""
 ASKED_OF_A_CLASS = select_for_suite(("polar-rp", "cylindrical"),
@@ -196,9 +190,8 @@ def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> No
     assert len(set(before.values())) == 200
     assert not set(before.values()) & set(seeds(SECRET + "!", names).values())
     assert not set(before.values()) & set(seeds(SECRET, names, "p2").values())
-    assert make_student_problem_id(SECRET, "a", "p1", ProblemId("planar-2r", 0, ("position",))).questions == (
-        "position",
-    )
+    asked = ProblemId("planar-2r", 0, ("position",))
+    assert make_student_problem_id(SECRET, "a", "p1", asked).questions == ("position",)
 
 
 @on_families(ASKED_OF_A_CLASS)

@@ -133,7 +133,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def render_greeting(folder: Path) -> str:
-    """Render the template in a new environment."""
     environment = jinja2.Environment(loader=jinja2.FileSystemLoader(folder), bytecode_cache=TemplateCache(folder))
     return environment.get_template("greeting.j2").render(name="Ada")
 

@@ -80,12 +80,8 @@ def test_progress_line_shows_count_and_total(
 
 
 def test_item_that_kills_two_workers_is_replaced_and_others_are_kept(tmp_path: Path) -> None:
-    assert list(map_in_order(square_or_die, [5, 6, 7, 8], 2, WorkerState, (tmp_path,), lambda item: -item)) == [
-        25,
-        36,
-        -7,
-        64,
-    ]
+    results = map_in_order(square_or_die, [5, 6, 7, 8], 2, WorkerState, (tmp_path,), lambda item: -item)
+    assert list(results) == [25, 36, -7, 64]
 
 
 def die_in_callback(place: WorkerState, item: int) -> int:
@@ -129,7 +125,6 @@ def test_idle_worker_ends_after_its_parent_is_killed(tmp_path: Path) -> None:
 
 MARK = 0
 """A value in a process's memory that forked processes inherit."""
-
 MARKED = """
 import sys, threading
 from pathlib import Path

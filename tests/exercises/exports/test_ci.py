@@ -1,6 +1,5 @@
 """Repositories for GitHub and GitLab: fresh clones, graded by the commands of the exported workflows."""
 
-import json
 import re
 import shutil
 import subprocess
@@ -21,7 +20,8 @@ from tests.support.ci import Machine, git, list_github_steps, push_to_new_reposi
 from tests.support.command import run, run_and_fail
 from tests.support.git_server import TOKEN, Server, serve_repositories
 from tests.support.programs import ACTIONLINT, require_program, require_reader
-from tests.support.submitting import Cells, make_class, make_correct_notebook
+from tests.support.results import get_received_time, read_results
+from tests.support.submitting import Cells, make_class, make_correct_notebook, read_folder
 
 PUSHED = "2027-01-15T22:00:00Z"
 SECRET = "0123456789abcdef"
@@ -50,18 +50,12 @@ def spoil_determinant(cells: Cells) -> None:
 
 
 def push_answers(assignment: Assignment, platform: str, server: Server, *students: str) -> None:
-    """Push the students' answers, Bo's with a mistake, to their repositories."""
     for student in students:
         folder = get_export_folder(assignment, platform) / "students" / student
         files = {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
         text = make_correct_notebook(assignment, student, spoil_determinant if student == "bo" else lambda _: None)
         files |= {"hw.ipynb": text.encode(), "pip.py": b"raise SystemExit('a student module was run')\n"}
         server.push(f"course/hw-{student}", files, PUSHED)
-
-
-def read_scores(clone: Path) -> dict[str, dict[str, object]]:
-    lines = (clone / "graded" / "results.jsonl").read_text(encoding="utf-8").splitlines()
-    return {result["student"]: result for result in map(json.loads, lines)}
 
 
 @dataclass(frozen=True)
@@ -97,17 +91,14 @@ def clone_grading_repository(
     with serve_repositories(place / "server") as server:
         git("init", "--quiet", "--bare", server.bare("course/hw-cy"))
         push_answers(assignment, platform, server, "ada", "bo")
-        clone, source = (
-            place / "clone",
-            shutil.copytree(get_export_folder(assignment, platform) / "grading", place / "grading"),
-        )
-        git("clone", "--quiet", push_to_new_repository(Path(source), server.folder, "course/hw-grading"), clone)
+        clone = place / "clone"
+        source = Path(shutil.copytree(get_export_folder(assignment, platform) / "grading", place / "grading"))
+        git("clone", "--quiet", push_to_new_repository(source, server.folder, "course/hw-grading"), clone)
         environment = {"GITHUB_STEP_SUMMARY": str(place / "summary.md")} if platform == "github" else {}
         yield GradingRepository(machine, server, clone, {**server.variables(platform), "QDOT_TOKEN": "", **environment})
 
 
 def list_grading_commands(platform: str, clone: Path) -> Sequence[tuple[str, Mapping[str, str]]]:
-    """Return the commands of the grading repository, each with its variables."""
     environment = {"QDOT_SECRET": SECRET, "QDOT_TOKEN": TOKEN}
     if platform == "github":
         return list_github_steps(clone / ".github" / "workflows" / "grade.yml", environment)
@@ -123,9 +114,9 @@ def test_fresh_clone_grades_and_returns_feedback(
     with clone_grading_repository(assignment, machine, platform, tmp_path) as job:
         output = job.run(list_grading_commands(platform, job.clone))
         assert "cy: course/hw-cy has nothing to grade" in output and TOKEN not in output
-        scores = read_scores(job.clone)
-        assert [scores[student]["score"] for student in ("ada", "bo", "cy")] == [4, 3, 0]
-        assert scores["ada"]["submission"]["received"] == "2027-01-15T22:00:00+00:00"  # type: ignore[index]
+        results = read_results(job.clone)
+        assert [results[student].score for student in ("ada", "bo", "cy")] == [4, 3, 0]
+        assert get_received_time(results["ada"]) == "2027-01-15T22:00:00+00:00"
         if platform == "github":
             assert "| bo | 3 | 4 | graded |" in (tmp_path / "summary.md").read_text(encoding="utf-8")
         else:
@@ -159,7 +150,6 @@ def test_secret_is_only_in_the_grading_step(assignment: Assignment) -> None:
 
 
 def list_check_commands(clone: Path, platform: str) -> list[str]:
-    """Return the commands of the check in a student's repository."""
     if platform == "github":
         steps = list_github_steps(clone / ".github" / "workflows" / "check.yml", {})
         return [command for command, env in steps if "QDOT_ASK" not in env]
@@ -168,21 +158,13 @@ def list_check_commands(clone: Path, platform: str) -> list[str]:
 
 
 def test_student_repositories_of_gitlab_and_github_check_alike(assignment: Assignment) -> None:
-    on_github, on_gitlab = (
-        list_check_commands(get_export_folder(assignment, name) / "students" / "ada", name) for name in CHECKS
-    )
+    folders = {name: get_export_folder(assignment, name) / "students" / "ada" for name in CHECKS}
+    on_github, on_gitlab = (list_check_commands(folder, name) for name, folder in folders.items())
     assert on_gitlab == [on_github[0], on_github[1].removesuffix(' --report github="$GITHUB_STEP_SUMMARY"')]
-    for name in (".qdot", "hw.ipynb"):
-        github_path, gitlab_path = (
-            get_export_folder(assignment, platform) / "students" / "ada" / name for platform in CHECKS
-        )
-        paths = [github_path, *github_path.rglob("*")]
-        same = [
-            path.read_bytes() == (gitlab_path / path.relative_to(github_path)).read_bytes()
-            for path in paths
-            if path.is_file()
-        ]
-        assert same and all(same)
+    first, second = (
+        {k: v for k, v in read_folder(f).items() if k.startswith((".qdot", "hw"))} for f in folders.values()
+    )
+    assert first and first == second
 
 
 @pytest.mark.integration
@@ -191,10 +173,8 @@ def test_student_repository_checks_itself_without_secrets(
     platform: str, assignment: Assignment, machine: Machine, tmp_path: Path
 ) -> None:
     clone = tmp_path / "clone"
-    student_folder = Path(
-        shutil.copytree(get_export_folder(assignment, platform) / "students" / "ada", tmp_path / "ada")
-    )
-    git("clone", "--quiet", push_to_new_repository(student_folder, tmp_path / "server", "ada"), clone)
+    folder = shutil.copytree(get_export_folder(assignment, platform) / "students" / "ada", tmp_path / "ada")
+    git("clone", "--quiet", push_to_new_repository(Path(folder), tmp_path / "server", "ada"), clone)
     install, check = list_check_commands(clone, platform)
     machine.run(install, clone)
     done = machine.run(check, clone, GITHUB_STEP_SUMMARY=str(tmp_path / "summary.md"))
@@ -234,7 +214,8 @@ def list_workflows(assignment: Assignment) -> list[Path]:
 
 def test_every_action_is_pinned_to_a_commit(assignment: Assignment) -> None:
     """Someone who takes over an action can move its tags and run code in a job with secrets."""
-    files = [*list_workflows(assignment), *(ROOT / "docs").rglob("*.md")]
+    files = [*list_workflows(assignment), ROOT / "action.yml", *(ROOT / "docs").rglob("*.md")]
+    files += (ROOT / "docs" / "examples").rglob(".github/workflows/*.yml")
     used = [line for path in files for line in re.findall(r"\buses: *(.+)", path.read_text(encoding="utf-8"))]
     assert len(used) > 10
     known = {pinned.partition("@")[0]: pinned for pinned in ACTIONS.values()}
@@ -252,14 +233,10 @@ def run_linter(*command: str | Path) -> None:
 
 @pytest.mark.integration
 def test_workflows_and_their_commands_pass_linters(assignment: Assignment) -> None:
-    run_linter(
-        require_reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *list_workflows(assignment)
-    )
-    shellcheck = require_reader("shellcheck")
+    workflows, shellcheck = list_workflows(assignment), require_reader("shellcheck")
+    run_linter(require_reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", *workflows)
     run_linter(shellcheck, get_export_folder(assignment, "github") / "setup-class.sh")
-    run_linter(
-        require_program("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *list_workflows(assignment)
-    )
+    run_linter(require_program("actionlint", ACTIONLINT, in_ci=False), "-shellcheck", shellcheck, *workflows)
 
 
 def test_wheel_is_reproducible_and_pins_its_libraries() -> None:

@@ -1,6 +1,5 @@
 """Properties of all export formats, and the bank of variants that some of them use."""
 
-import os
 import stat
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -9,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from qdot.exercises.assignment.assignment import Slot, Student, load_assignment
+from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.common.console import ProgressCounter
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports import scorm
@@ -26,15 +25,10 @@ from qdot.grader.cli import export_commands
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.marking.marking import compute_earned_share
-from qdot.grader.reports.formats import FORMATS
-from tests.support import ROOT
 from tests.support.command import run, run_and_fail, runner
 from tests.support.site_scripts import write_stand_in_assets
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite
-from tests.tools.reference_pages import export_formats_page
-
-DOCS = ROOT / "docs"
 
 
 @pytest.fixture(scope="module")
@@ -95,48 +89,18 @@ def test_several_formats_share_the_progress_and_each_note(tmp_path: Path, monkey
     same = assignment.slots[0].generate_problem("secret", "ada")
     monkeypatch.setattr("qdot.exercises.exports.bank.generate_and_certify", lambda make, vouch: (same, None))
     command = (
-        "export",
-        str(assignment.folder),
-        *("--to", "moodle"),
-        *("--to", "qti"),
-        "--variants",
-        "2",
-        "--jobs",
-        "1",
-    )
+        "export", str(assignment.folder), *("--to", "moodle"), *("--to", "qti"), "--variants", "2", "--jobs", "1",
+    )  # fmt: skip
     result = runner.invoke(app, command)
     assert [line.partition(":")[0] for line in result.stdout.splitlines()] == ["moodle", "qti"]
     assert result.stderr.count("p1: planar-2r has only one different problem") == 1
     assert shown == [("exporting to moodle, qti", 4)]
 
 
-@pytest.mark.whole
-def test_bank_in_several_processes_gives_the_same_export(export_request: ExportRequest) -> None:
-    """Progress and notes are reported in this process only."""
-    steps, notes = list[int](), list[str]()
-    alone = replace(
-        export_request, variant_count=2, has_solutions=True, on_step=lambda: steps.append(1), report=notes.append
-    )
-    many = replace(alone, jobs=2)
-    elsewhere = {process for _, process in convert_bank(many, _get_pid)}
-    assert elsewhere and os.getpid() not in elsewhere
-    for export_format in ("moodle", "stack"):
-        counted, note_count = len(steps), len(notes)
-        files_alone = list(EXPORT_FORMATS[export_format].export(alone))
-        assert (len(steps) - counted, notes[note_count:]) == (2, notes[: len(notes) - note_count])
-        files_parallel = list(EXPORT_FORMATS[export_format].export(many))
-        assert files_parallel == files_alone
-
-
-def _get_pid(_order: ExportRequest, _slot: Slot, _problem: Problem) -> int:
-    return os.getpid()
-
-
 def test_export_uses_the_requested_variation(export_request: ExportRequest, tmp_path: Path) -> None:
     """Formats that generate problems from assignment.toml refuse the option."""
-    request = replace(
-        export_request, assignment=export_request.assignment.with_variation("base+lengths"), variant_count=2
-    )
+    assignment = export_request.assignment.with_variation("base+lengths")
+    request = replace(export_request, assignment=assignment, variant_count=2)
     assert {variant.problem.id.variation for variant in iterate_bank(request)} == {"lengths+base"}
     folder = export_request.assignment.folder
     command: list[str | Path] = ["export", folder, "--to", "moodle", "--variants", "1", "--out"]
@@ -170,14 +134,9 @@ def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 def test_problem_that_fails_its_certificate_is_not_exported(
     export_request: ExportRequest, assets: None, export_format: str
 ) -> None:
-    with pytest.raises(
-        QdotError, match=r"p1.* \(planar-2r\): none of 10 attempts gave a valid problem\. The first one failed: wrong"
-    ):
-        list(
-            EXPORT_FORMATS[export_format].export(
-                replace(export_request, find_failures=lambda _: ["wrong"], variant_count=1)
-            )
-        )
+    request = replace(export_request, find_failures=lambda _: ["wrong"], variant_count=1)
+    with pytest.raises(QdotError, match=r"p1.* \(planar-2r\): none of 10 attempts .* The first one failed: wrong"):
+        list(EXPORT_FORMATS[export_format].export(request))
 
 
 def test_files_outside_the_folder_are_copied_into_the_export(tmp_path: Path) -> None:
@@ -250,21 +209,3 @@ def test_export_command_writes_files_with_safe_permissions(export_request: Expor
     assert stat.S_IMODE(source.stat().st_mode) == 0o644 and "letterpaper" in source.read_text()
     assert "'htm' (did you mean 'html'?)" in run_and_fail("export", folder, "--to", "htm")
     assert "no-such" in run_and_fail("export", tmp_path / "no-such", "--to", "html")
-
-
-def test_report_option_takes_format_and_path(export_request: ExportRequest, tmp_path: Path) -> None:
-    folder = export_request.assignment.folder
-    class_formats = [name for name, form in FORMATS.items() if not form.is_for_one_student]
-    request = [part for name in class_formats for part in ("--report", f"{name}={tmp_path / name}")]
-    run("grade", folder, *request, "--jobs", "1")
-    assert (tmp_path / "csv").read_text() == (folder / "graded" / "grades.csv").read_text()
-    assert all((tmp_path / name).stat().st_size for name in class_formats)
-    printed = run("grade", folder, "--report", "csv=-", "--jobs", "1")
-    assert printed == (tmp_path / "csv").read_text()  # the summary goes to stderr
-    assert "FORMAT=PATH" in run_and_fail("grade", folder, "--report", "csv")
-    assert "'cvs'" in run_and_fail("grade", folder, "--report", "cvs=x")
-
-
-def test_page_of_export_formats_is_up_to_date() -> None:
-    """If this fails, run: make docs"""
-    assert (DOCS / "export-formats.md").read_text(encoding="utf-8") == export_formats_page()

@@ -38,14 +38,12 @@ def quiz(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
     folder = tmp_path_factory.mktemp("columns") / "hw"
     make_class(folder, [Student("ada")])
     (folder / "assignment.toml").write_text(TOML)
-    file, *_ = EXPORT_FORMATS[request.param].export(
-        ExportRequest(load_assignment(folder), lambda _: [], variant_count=1)
-    )
+    export_request = ExportRequest(load_assignment(folder), lambda _: [], variant_count=1)
+    file, *_ = EXPORT_FORMATS[request.param].export(export_request)
     return ET.fromstring(file.content)
 
 
 def list_questions(quiz: ET.Element) -> Iterator[tuple[ET.Element, str]]:
-    """Yield questions, and their types."""
     yield from ((question, kind) for question in quiz if (kind := question.get("type", "")) != "category")
 
 

@@ -77,10 +77,9 @@ def test_notebooks_have_every_part_and_no_answers(assignment: Assignment) -> Non
     assert questions == [f"# BEGIN QUESTION\nname: {name}\npoints: {points:g}" for name, points in names.items()]
     assert PLUGIN_PATH in cells[0] and "run_tests: false" in cells[0]
     assert assignment.secret not in text
-    private = [
-        path for path in get_export_folder(assignment).rglob("*") if path.is_file() and path.stat().st_mode & 0o077 == 0
-    ]
-    assert {path.name for path in private} == {"assignment.toml", "roster.csv", "secret.txt"}
+    files = [path for path in get_export_folder(assignment).rglob("*") if path.is_file()]
+    private = {path.name for path in files if path.stat().st_mode & 0o077 == 0}
+    assert private == {"assignment.toml", "roster.csv", "secret.txt"}
 
 
 def test_student_comes_from_gradescope_or_the_notebook(assignment: Assignment, tmp_path: Path) -> None:
@@ -137,13 +136,8 @@ def test_files_submitted_with_a_notebook_are_neither_imported_nor_read(
     with zipfile.ZipFile(tmp_path / "hw.zip", "w") as packed:
         packed.write(folder / "hw.ipynb", "hw.ipynb")
         packed.writestr(".OTTER_LOG", b"cos\nsystem\n(S'touch %s'\ntR." % str(ran).encode())
-        for name in [
-            *packages,
-            "grader/integrations/otter_marks.py",
-            "tests/extra.py",
-            *(f"{name}.py" for name in modules),
-        ]:
-            packed.writestr(name, code)
+        for path in (*packages, "grader/integrations/otter_marks.py", "tests/extra.py", *map("{}.py".format, modules)):
+            packed.writestr(path, code)
     scores = run_otter(autograder, tmp_path, tmp_path / "hw.zip")
     assert not ran.exists(), ran.read_text()
     points = {name: points for _, name, points, _ in list_parts(assignment)}

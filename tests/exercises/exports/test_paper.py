@@ -84,7 +84,6 @@ def export_files(export_request: ExportRequest, export_format: str) -> dict[str,
 
 
 def read_pdf_text(content: str | bytes, folder: Path) -> str:
-    """Return the text that Poppler extracts from a PDF."""
     require_program("pdftotext", POPPLER)
     assert isinstance(content, bytes)
     (folder / "it.pdf").write_bytes(content)
@@ -97,8 +96,6 @@ def run_poppler(program: str, folder: Path, *options: str) -> str:
     named = [*before, "it.pdf", last] if options else [last]
     return subprocess.run([program, *named], cwd=folder, capture_output=True, text=True).stdout
 
-
-# --- formulas ---
 
 _SEEN: set[str] = set()
 
@@ -169,9 +166,6 @@ def test_wide_formula_is_shrunk_or_broken() -> None:
     assert TYPST_WIDTH * 10.5 / 72 * 2.54 < 15.9
     wide = "$$x = " + " + ".join(f"a_{{{k}}} s_{{12}}" for k in range(12)) + "$$"
     assert to_latex(wide).count(r"\\") < to_latex(wide, 0.5).count(r"\\")
-
-
-# --- sheets ---
 
 
 def test_sheet_contains_answers_only_if_requested(export_request: ExportRequest) -> None:
@@ -251,13 +245,8 @@ def test_html_sheets_fit_a_phone(export_request: ExportRequest, sheet: str, tmp_
         page = tmp_path / f"{width}.html"
         page.write_text(PHONE_PAGE.format(width=width, sheet=escape(str(file.content))), encoding="utf-8")
         command = [
-            chromium,
-            "--headless",
-            "--no-sandbox",
-            "--dump-dom",
-            f"--user-data-dir={tmp_path}/profile",
-            str(page),
-        ]
+            chromium, "--headless", "--no-sandbox", "--dump-dom", f"--user-data-dir={tmp_path}/profile", str(page),
+        ]  # fmt: skip
         shown = subprocess.run(command, capture_output=True, text=True).stdout
         assert "<title>0</title>" in shown, (width, re.findall("<title>.*?</title>", shown)[:1])
 
@@ -401,14 +390,10 @@ def test_answer_too_wide_for_marking_sheet_refers_to_the_key(monkeypatch: pytest
 
 def test_marking_sheet_states_the_credit_rule_of_the_assignment() -> None:
     (part,) = (problem := generate(ProblemId("planar-2r", 1, ("jacobian",)))).parts
-    rules = {
-        by: explain_marking(problem, replace(part, credit=Credit(by)), compute_earned_share).rule
-        for by in ("", "entries", "columns", "whole")
-    }
-    assert (
-        "Each of the 4 entries: 0.5." in rules[""]
-        and "one other mistake explains everything that is wrong: 1." in rules[""]
-    )
+    credited = {by: replace(part, credit=Credit(by)) for by in ("", "entries", "columns", "whole")}
+    rules = {by: explain_marking(problem, asked, compute_earned_share).rule for by, asked in credited.items()}
+    assert "Each of the 4 entries: 0.5." in rules[""]
+    assert "one other mistake explains everything that is wrong: 1." in rules[""]
     assert rules["entries"] and rules[""].startswith(rules["entries"]) and "one other mistake" not in rules["entries"]
     assert rules["columns"].startswith("Each right column: 1.") and rules["whole"] == "0 points."
 
@@ -446,15 +431,8 @@ def test_failing_export_format_does_not_stop_the_others(
 
 def test_options_are_checked_before_anything_is_written(export_request: ExportRequest, tmp_path: Path) -> None:
     command: list[str | Path] = [
-        "export",
-        export_request.assignment.folder,
-        "--jobs",
-        "1",
-        "--out",
-        tmp_path,
-        "--to",
-        "html",
-    ]
+        "export", export_request.assignment.folder, "--jobs", "1", "--out", tmp_path, "--to", "html",
+    ]  # fmt: skip
     for options, message in (
         (["--to", "pfd"], "'pfd'"), (["--to", "canvas", "--sheet", "key", "--solutions"], "a key has no worked"),
         (["--sheet", "exams"], "'exams' (did you mean 'exam'?)"), (["--page", "a5"], "'a5'"),
@@ -478,7 +456,6 @@ def test_latex_sheets_are_balanced_and_self_contained(export_request: ExportRequ
 
 
 def compile_latex(source: str | bytes, folder: Path) -> str:
-    """Compile a sheet with pdflatex; return its log."""
     program = require_program("pdflatex", LATEX, in_ci=False)
     (folder / "sheet.tex").write_text(str(source), encoding="utf-8")
     done = subprocess.run([program, "-interaction=nonstopmode", "sheet"], cwd=folder, capture_output=True)
@@ -501,9 +478,8 @@ def test_wide_table_of_oblique_axes_stays_within_the_page(convention: str, tmp_p
     toml = '[[problem]]\nfamily = "planar-3r"\nvariation = "full"\nquestions = ["position"]\n'
     text = f'title = "T"\nkey = "hw"\n{toml}convention = "{convention}"\n'
     (export_request.assignment.folder / "assignment.toml").write_text(text)
-    (file,) = export_files(
-        replace(export_request, assignment=load_assignment(export_request.assignment.folder)), "latex"
-    ).values()
+    request = replace(export_request, assignment=load_assignment(export_request.assignment.folder))
+    (file,) = export_files(request, "latex").values()
     assert "Overfull \\hbox" not in compile_latex(file.content, tmp_path)
 
 
@@ -512,12 +488,8 @@ def test_answer_box_has_room_for_working_and_shrinks_in_long_exams() -> None:
     assert AnswerBox(40, rows=3).total_height == AnswerBox(40).total_height + 2 * boxes.ROW_HEIGHT
     assert AnswerBox(50, rows=2, row_height=9).total_height == AnswerBox(0, rows=2, row_height=9).total_height + 50
     assert AnswerBox(0, rows=3, units=("m", "m", "m")).total_height == AnswerBox(0).total_height  # side by side
-    assert (
-        compute_working_space("")
-        < compute_working_space("x" * 1000)
-        < compute_working_space("x" * 10_000)
-        == boxes.MAX_WORKING_SPACE
-    )
+    none, some, most = (compute_working_space("x" * length) for length in (0, 1000, 10_000))
+    assert none < some < most == boxes.MAX_WORKING_SPACE
     two = [AnswerBox(20), AnswerBox(30)]
     assert compute_share_that_fits(two, fixed_height=100, page_height=500) == 1
     assert compute_share_that_fits(two, fixed_height=100, page_height=140) == 0.8
@@ -527,8 +499,6 @@ def test_answer_box_has_room_for_working_and_shrinks_in_long_exams() -> None:
     # Closer on full pages.
     assert scale_working_space(AnswerBox(20), 0.65) == AnswerBox(13, min_working_space=round(20 * boxes.PACKED_SHARE))
 
-
-# --- the front page of an exam ---
 
 PNG = bytes.fromhex(
     "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c49444154789c63f8cfc0000003010100c9fe92ef"
@@ -555,9 +525,8 @@ def test_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
     request = ExportRequest(load_assignment(folder), find_failures, sheet="exam")
     files: dict[str, Any] = {file.path: file.content for file in EXPORT_FORMATS[file_type].export(request)}
     if file_type == "pdf":
-        assert (
-            read_pdf_text(files["exam/ada.pdf"], tmp_path).split("90 minutes & 5 %")[0].count("11 February 2027") == 1
-        )
+        heading = read_pdf_text(files["exam/ada.pdf"], tmp_path).split("90 minutes & 5 %")[0]
+        assert heading.count("11 February 2027") == 1
         return
     page = str(files["exam/ada.html" if file_type == "html" else "exam/ada.tex"])
     assert "11 February 2027" in page and "into the boxes" in page

@@ -1,9 +1,7 @@
 """Exports for learning platforms satisfy the platforms' rules, and real readers accept them.
 
 The readers are in a separate environment (`make .venvs/readers/.installed`); without them tests are skipped.
-With QDOT_QTI=FILE, the schema imsqti_v2p1.xsd with what it imports beside it (as in a checkout of TAO's
-extension-tao-itemqti), packages are validated against it; no registry has it. With QDOT_CARTRIDGE=FOLDER, the schemas
-of Common Cartridge 1.1 (as in Moodle's backup/cc/schemas11), cartridges are validated against them.
+tests/platforms import the files into real platforms.
 """
 
 import base64
@@ -12,7 +10,6 @@ import html
 import io
 import json
 import operator
-import os
 import re
 import subprocess
 import zipfile
@@ -71,21 +68,11 @@ def items(export_request: ExportRequest) -> list[QuizItem]:
     form = MatchingForm(
         (r"$\begin{bmatrix} a_{1} \\ 0 \end{bmatrix}$", "$b < c$"), ("joint 1", "joint 2", "no joint"), (1, 2)
     )
-    matching = replace(
-        items[0],
-        key="p3-001-match",
-        category=ItemCategory("T", "p3", "Match", 1),
-        form=form,
-        single_number_item=None,
-        title="Match",
-    )
+    matching = replace(items[0], key="p3-001-match", title="Match", form=form, single_number_item=None)
+    matching = replace(matching, category=ItemCategory("T", "p3", "Match", 1))
     nasty_option = QuizOption(r"$a < b$ & c", False, 'Say } # ~ / \\ " <b> & {1:NUMERICAL:=1}')
-    nasty_choice = replace(
-        matching,
-        key="p4-001-nasty",
-        category=ItemCategory("T", "p4", "Nasty", 1),
-        form=ChoiceForm((nasty_option, QuizOption("$c$", True))),
-    )
+    nasty_form, category = ChoiceForm((nasty_option, QuizOption("$c$", True))), ItemCategory("T", "p4", "Nasty", 1)
+    nasty_choice = replace(matching, key="p4-001-nasty", category=category, form=nasty_form)
     return [*items, matching, nasty_choice]
 
 
@@ -112,13 +99,11 @@ def moodle_files(export_request: ExportRequest, items: list[QuizItem]) -> dict[s
 
 @pytest.fixture(scope="module")
 def bank(moodle_files: dict[str, Any]) -> Element:
-    """Moodle's question bank."""
     return parsed(moodle_files["hw.xml"])
 
 
 @pytest.fixture(scope="module")
 def backup(moodle_files: dict[str, Any]) -> Package:
-    """Moodle's quiz."""
     return unzip(moodle_files["hw.mbz"])
 
 
@@ -337,21 +322,10 @@ def test_moodle_backup_refers_only_to_its_own_content(bank: Element, backup: Pac
         assert points == {slot.findtext("maxmark")}
     whole = sum(float(slot.findtext("maxmark", "")) for slot in slots)
     assert float(quiz.findtext("quiz/grade", "")) == whole
-    expected = [
-        read_texts(element, "name/text", "generalfeedback/text")
-        for element in bank
-        if element.get("type") != "category"
-    ]
-    actual = [
-        read_texts(element, "name", "generalfeedback")
-        for element in questions.values()
-        if element.findtext("parent") == "0"
-    ]
-    assert expected == actual
-
-
-def read_texts(question: Element, *paths: str) -> list[str]:
-    return [question.findtext(path, "") for path in paths]
+    imported = [each for each in bank if each.get("type") != "category"]
+    restored = [each for each in questions.values() if each.findtext("parent") == "0"]
+    for in_bank, in_backup in (("name/text", "name"), ("generalfeedback/text", "generalfeedback")):
+        assert [each.findtext(in_bank, "") for each in imported] == [each.findtext(in_backup, "") for each in restored]
 
 
 def test_moodle_quiz_picks_each_question_for_its_points(
@@ -575,24 +549,6 @@ def test_what_a_cartridge_cannot_ask_is_noted_once(export_request: ExportRequest
     ]
 
 
-@pytest.mark.integration
-@pytest.mark.skipif("QDOT_CARTRIDGE" not in os.environ, reason="QDOT_CARTRIDGE doesn't name the folder of the schemas")
-def test_cartridges_satisfy_their_schemas(cartridges: dict[str, Package], tmp_path: Path) -> None:
-    for schema, pattern in (
-        ("cc11libxml2validator.xsd", "imsmanifest.xml"),
-        ("ccv1p1_qtiasiv1p2p1_v1p0.xsd", CARTRIDGE_PART),
-    ):
-        paths = []
-        for path, package in cartridges.items():
-            for name, content in package.items():
-                if re.fullmatch(pattern, name):
-                    paths.append(tmp_path / f"{path}-{name}".replace("/", "-"))
-                    paths[-1].write_bytes(content)
-        command = [require_reader("python", "lxml"), "-c", VALIDATE, str(Path(os.environ["QDOT_CARTRIDGE"]) / schema)]
-        done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
-        assert paths and done.returncode == 0, done.stderr
-
-
 # --- QTI 2.1 ---
 
 
@@ -605,28 +561,6 @@ def test_qti_package_is_converted_by_citolab(qti_file: bytes, tmp_path: Path) ->
     assert {name for name in unzip(qti_file) if name.startswith("items/")} <= set(three)
     item = parsed(three["items/p1-001-jacobian.xml"])
     assert len(list_elements(item, "qti-text-entry-interaction")) == 4 and list_elements(item, "math")
-
-
-VALIDATE = """
-import sys
-from lxml import etree
-schema = etree.XMLSchema(etree.parse(sys.argv[1]))
-for path in sys.argv[2:]:
-    schema.assertValid(etree.parse(path))
-"""
-
-
-@pytest.mark.integration
-@pytest.mark.skipif("QDOT_QTI" not in os.environ, reason="QDOT_QTI doesn't name the schema of QTI 2.1")
-def test_qti_package_satisfies_its_schema(qti_file: bytes, tmp_path: Path) -> None:
-    paths = []
-    for name, content in unzip(qti_file).items():
-        if name == "test.xml" or name.startswith("items/"):
-            paths.append(tmp_path / name.replace("/", "-"))
-            paths[-1].write_bytes(content)
-    command = [require_reader("python", "lxml"), "-c", VALIDATE, os.environ["QDOT_QTI"]]
-    done = subprocess.run([*command, *map(str, paths)], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
 
 
 def test_qti_package_is_complete_and_marks_correctly(qti_file: bytes, items: list[QuizItem]) -> None:

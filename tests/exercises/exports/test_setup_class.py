@@ -169,16 +169,14 @@ def remove_gh(course: Class) -> None:
 @pytest.mark.parametrize(
     ("spoil", "arguments", "message"),
     [
-        (lambda _: None, (), "organisation"),
-        (lambda _: None, ("a", "b"), "a and b"),
-        (lambda _: None, ("a", "--try"), "--try"),
+        (lambda _: None, (), "organisation"), (lambda _: None, ("a", "b"), "a and b"),
+        (remove_gh, ("a",), "gh is not installed"), (lambda _: None, ("a", "--try"), "--try"),
         (lambda course: course.knows(logged_in=False), ("a",), "gh auth login --scopes workflow"),
         (lambda course: course.knows(scopes="repo, gist"), ("a",), "gh auth refresh --scopes workflow"),
         (lambda course: write_roster_and_export(course.folder, "student,name\nada,Ada\nbo,\n"), ("a",), "ada bo"),
         (lambda course: (course.folder / "secret.txt").unlink(), ("a",), "the secret of the assignment"),
-        (remove_gh, ("a",), "gh is not installed"),
     ],
-)
+)  # fmt: skip
 def test_missing_requirement_is_reported_and_nothing_is_changed(
     spoil: Callable[[Class], None], arguments: tuple[str, ...], message: str, course: Class
 ) -> None:

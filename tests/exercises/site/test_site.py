@@ -56,7 +56,6 @@ def uncertified(assets: None) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def built(uncertified: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A site of a variant of a family, with few pages."""
     site = tmp_path_factory.mktemp("first") / "site"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(site_pages, "make_pages", lambda *around: islice(make_pages(*around), 3))
