@@ -11,16 +11,16 @@ import pytest
 from ruamel.yaml import YAML
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
-from qdot.exercises.exports.repositories import ACTIONS
 from qdot.exercises.exports.wheel import make_wheel
+from tests.exercises.exports.test_ci import run_linter, spoil_determinant
 from tests.support import ROOT
 from tests.support.ci import Machine, git, push_to_new_repository, read_yaml
 from tests.support.ci_runners import Runner, expand_component, join_script
 from tests.support.programs import ACTIONLINT, require_program, require_reader
-from tests.support.submitting import Cells, make_correct_notebook
+from tests.support.results import read_results
+from tests.support.submitting import make_correct_notebook
 
 pytestmark = [pytest.mark.xdist_group("action"), pytest.mark.integration]
-
 COURSE = ROOT / "docs" / "examples" / "course"
 WORKFLOW = COURSE / ".github" / "workflows" / "grade.yml"
 NAME = "ORGANISATION/qdot"
@@ -34,10 +34,6 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Machine:
     machine.lend()
     machine.variables["PIP_NO_BUILD_ISOLATION"] = "0"  # as pip reads it: there is none
     return machine
-
-
-def spoil_determinant(cells: Cells) -> None:
-    cells[-1]["source"] = "p1_determinant = 0"
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +53,6 @@ def course(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 @pytest.fixture
 def clone(course: Assignment, tmp_path: Path) -> Path:
-    """Return a runner's clone of the course, without the secret."""
     pushed = Path(shutil.copytree(course.folder, tmp_path / "pushed", ignore=shutil.ignore_patterns("secret.txt")))
     git("clone", "--quiet", push_to_new_repository(pushed, tmp_path / "server", "course"), tmp_path / "clone")
     return tmp_path / "clone"
@@ -68,13 +63,7 @@ def make_runner(machine: Machine, clone: Path, **secrets: str) -> Runner:
     return Runner(machine, clone, clone.parent, {NAME: ROOT}, secret_values)
 
 
-def read_scores(graded: Path) -> dict[str, float]:
-    lines = (graded / "results.jsonl").read_text(encoding="utf-8").splitlines()
-    return {result["student"]: result["score"] for result in map(json.loads, lines)}
-
-
 def edit_inputs(workflow: Path, text: str) -> Path:
-    """Replace the inputs of a workflow's step."""
     before = workflow.read_text(encoding="utf-8")
     after = before.replace("          secret: ${{ secrets.QDOT_SECRET }}\n", text)
     assert after != before
@@ -86,7 +75,7 @@ def test_the_example_is_graded_on_github(machine: Machine, clone: Path) -> None:
     job = make_runner(machine, clone, QDOT_SECRET=SECRET)
     assert job.job(clone / ".github" / "workflows" / "grade.yml"), job.output
     artifact = clone.parent / "kept" / "graded"
-    assert read_scores(artifact) == {"ada": 4, "bo": 3, "cy": 0}
+    assert [result.score for result in read_results(artifact.parent).values()] == [4, 3, 0]
     assert (artifact / "junit.xml").is_file() and (artifact / "feedback" / "bo.html").is_file()
     assert "| bo | 3 | 4 | graded |" in (clone.parent / "summary.md").read_text(encoding="utf-8")
     assert SECRET not in "".join(job.output)
@@ -116,10 +105,8 @@ def test_options_of_the_step(option: str, succeeds: bool, message: str, machine:
 
 def test_a_students_repository_is_checked_without_a_secret(machine: Machine, clone: Path) -> None:
     (clone / "pip.py").write_text("raise SystemExit('a module of the repository was run')\n")
-    workflow = edit_inputs(
-        clone / ".github" / "workflows" / "grade.yml",
-        "          run: check\n          notebook: submitted/bo/planar.ipynb\n",
-    )
+    inputs = "          run: check\n          notebook: submitted/bo/planar.ipynb\n"
+    workflow = edit_inputs(clone / ".github" / "workflows" / "grade.yml", inputs)
     text = workflow.read_text(encoding="utf-8")
     workflow.write_text(text[: text.index("      - uses: actions/upload")], encoding="utf-8")
     job = make_runner(machine, clone)
@@ -137,7 +124,6 @@ def run_on_gitlab(name: str, machine: Machine, clone: Path, **inputs: object) ->
 
 @pytest.fixture
 def wheel_path(clone: Path) -> str:
-    """Put a wheel of qdot into the repository, and return its path."""
     name, content = make_wheel()
     (clone / name).write_bytes(content)
     return f"./{name}"
@@ -148,7 +134,8 @@ def test_the_example_is_graded_on_gitlab(machine: Machine, clone: Path, wheel_pa
     assert component["component"] == "$CI_SERVER_FQDN/GROUP/qdot/grade@COMMIT"
     process = run_on_gitlab("grade", machine, clone, **component["inputs"], install=wheel_path)
     assert process.returncode == 0, process.stderr
-    assert read_scores(clone / "graded") == {"ada": 4, "bo": 3, "cy": 0} and (clone / "graded" / "junit.xml").is_file()
+    assert [result.score for result in read_results(clone).values()] == [4, 3, 0]
+    assert (clone / "graded" / "junit.xml").is_file()
 
 
 def test_a_students_project_is_checked_on_gitlab(machine: Machine, clone: Path, wheel_path: str) -> None:
@@ -159,9 +146,6 @@ def test_a_students_project_is_checked_on_gitlab(machine: Machine, clone: Path, 
 def test_grading_on_gitlab_fails_if_collecting_fails(machine: Machine, clone: Path, wheel_path: str) -> None:
     process = run_on_gitlab("grade", machine, clone, install=wheel_path)
     assert process.returncode != 0 and "QDOT_TOKEN is not set" in process.stderr
-
-
-# --- without a run ---
 
 
 def test_action_and_components_are_valid(tmp_path: Path) -> None:
@@ -177,44 +161,23 @@ def test_action_and_components_are_valid(tmp_path: Path) -> None:
         assert process.returncode == 0, process.stdout
 
 
-def pin_version(text: str) -> str:
-    return text.replace(f"{NAME}@COMMIT", f"{NAME}@{'0' * 40}  # v1.0.0")
-
-
-def run_quietly(*command: str | Path) -> None:
-    process = subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
-    assert process.returncode == 0, process.stdout + process.stderr
-
-
 def test_scripts_and_workflows_pass_the_linters(tmp_path: Path) -> None:
     workflow = tmp_path / ".github" / "workflows" / "grade.yml"
     workflow.parent.mkdir(parents=True)
-    workflow.write_text(pin_version(WORKFLOW.read_text(encoding="utf-8")), encoding="utf-8")
-    run_quietly(
-        require_reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic", ROOT / "action.yml", workflow
-    )
+    workflow.write_text(WORKFLOW.read_text("utf-8").replace(f"{NAME}@COMMIT", f"{NAME}@{'0' * 40}  # v1.0.0"), "utf-8")
+    zizmor = [require_reader("zizmor"), "--offline", "--no-progress", "--persona", "pedantic"]
+    run_linter(*zizmor, ROOT / "action.yml", workflow)
     shellcheck = require_reader("shellcheck")
     for number, step in enumerate(read_yaml(ROOT / "action.yml")["runs"]["steps"]):
         if "run" in step:
             script = tmp_path / f"{number}.sh"
             script.write_text(f"#!/bin/bash -e\n{step['run']}")
-            run_quietly(shellcheck, script)
+            run_linter(shellcheck, script)
     for name, inputs in (("grade", {}), ("check", {"notebook": "x.ipynb"})):
         (job,) = expand_component(ROOT / "templates" / f"{name}.yml", inputs).values()
         (tmp_path / f"{name}.sh").write_text(f"#!/bin/bash -e\n{join_script(job)}\n")
-        run_quietly(shellcheck, tmp_path / f"{name}.sh")
-
-
-def test_workflows_pass_actionlint(tmp_path: Path) -> None:
-    program = require_program("actionlint", ACTIONLINT, in_ci=False)
-    workflow = tmp_path / "grade.yml"
-    workflow.write_text(pin_version(WORKFLOW.read_text(encoding="utf-8")), encoding="utf-8")
-    run_quietly(program, workflow)
-
-
-def test_actions_are_pinned_to_commits() -> None:
-    used = re.findall(r"\buses: *(.+)", (ROOT / "action.yml").read_text() + WORKFLOW.read_text())
-    assert set(used) - {f"{NAME}@COMMIT"} <= set(ACTIONS.values()) and len(used) == 4
+        run_linter(shellcheck, tmp_path / f"{name}.sh")
+    run_linter(require_program("actionlint", ACTIONLINT, in_ci=False), workflow)
 
 
 def test_the_docs_use_only_inputs_of_the_action() -> None:
@@ -223,12 +186,8 @@ def test_the_docs_use_only_inputs_of_the_action() -> None:
     used = []
     for text in re.findall(r"(?ms)^```yaml\n(.*?)^```", page):
         content = YAML(typ="safe").load(text)
-        steps = (
-            content
-            if isinstance(content, list)
-            else [step for job in content.get("jobs", {}).values() for step in job["steps"]]
-        )
-        used += [step for step in steps if step.get("uses", "").startswith(NAME)]
+        jobs = [{"steps": content}] if isinstance(content, list) else content.get("jobs", {}).values()
+        used += [step for job in jobs for step in job["steps"] if step.get("uses", "").startswith(NAME)]
     assert used and all(step["with"].keys() <= inputs.keys() for step in used)
     table = page[page.index("| input |") : page.index("needs only")]
     assert set(re.findall(r"`([\w-]+)`(?=[^|]*\|[^|]*\|\n)", table)) >= inputs.keys()

@@ -41,9 +41,6 @@ def find_code_blocks(page: str, language: str) -> list[str]:
     return re.findall(rf"(?ms)^```{language}\n(.*?)^```", page)
 
 
-# --- without a container ---
-
-
 def test_the_build_context_has_only_the_needed_files() -> None:
     """Other files, such as environments or a class beside the code, stay out of the context."""
     first, *lines = [line for line in (ROOT / ".dockerignore").read_text().splitlines() if not line.startswith("#")]
@@ -78,9 +75,6 @@ def test_a_pod_is_restricted_like_the_container() -> None:
     assert pod["securityContext"]["seccompProfile"] == {"type": "RuntimeDefault"}
     assert {mount["mountPath"] for mount in container["volumeMounts"]} == {"/class", "/tmp"}
     assert container["args"][:2] == ["grade", "."]
-
-
-# --- with one ---
 
 
 @dataclass(frozen=True)
@@ -165,7 +159,6 @@ def find_base(podman: str, folder: Path) -> str:
 
 @pytest.fixture(scope="module")
 def engine(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Engine]:
-    """Build the image with the page's command, and return the engine."""
     podman = require_program("podman", PODMAN, in_ci="QDOT_BASE" in os.environ)
     folder = tmp_path_factory.mktemp("engine")
     base = find_base(podman, folder)
@@ -235,9 +228,8 @@ def make_filter(names: list[str], folder: Path) -> list[str]:
 
 @pytest.mark.integration
 def test_the_container_is_strict_without_namespaces(engine: Engine, tmp_path: Path) -> None:
-    report = json.loads(
-        Engine(engine.folder, make_filter(NAMESPACES, tmp_path)).succeeds("grader doctor --json", tmp_path)
-    )
+    filtered = Engine(engine.folder, make_filter(NAMESPACES, tmp_path))
+    report = json.loads(filtered.succeeds("grader doctor --json", tmp_path))
     assert report["strict"] and set(report["lacking"]) == {"namespaces"}, report
 
 

@@ -1,12 +1,16 @@
-"""The README is correct: its qdot commands run, its example files are accepted, its make targets and links exist."""
+"""The README and the library page are correct: commands and examples run, and every public name is documented."""
 
+import inspect
 import re
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+import qdot
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.grader.cli.main import app
 from tests.support import ROOT
@@ -19,10 +23,6 @@ BLOCKS = re.findall(r"^( *)```toml\n(.*?)^ *```", README, re.MULTILINE | re.DOTA
 def list_commands() -> list[list[str]]:
     lines = re.findall(r"^    (qdot [^#\n]*)", README, re.MULTILINE)
     return [line.split()[1:] for line in lines if line.split() != ["qdot", "demo"]]  # tested in test_demo.py
-
-
-def list_toml_blocks() -> list[str]:
-    return [re.sub(rf"(?m)^{indent}", "", text) for indent, text in BLOCKS]
 
 
 def shorten(command: list[str]) -> list[str]:
@@ -65,24 +65,11 @@ def test_every_other_command_runs(command: list[str], tmp_path: Path, monkeypatc
     run_command(command)
 
 
-def test_the_other_commands_are_show_and_solve() -> None:
-    assert {command[0] for command in OTHER_COMMANDS} == {"show", "solve"}
-
-
 def test_the_example_assignment_is_accepted(tmp_path: Path) -> None:
     assert CliRunner().invoke(app, ["init", str(tmp_path / "hw")]).exit_code == 0
-    (tmp_path / "hw" / "assignment.toml").write_text(
-        next(block for block in list_toml_blocks() if "[[problem]]" in block)
-    )
+    text = next(re.sub(rf"(?m)^{indent}", "", block) for indent, block in BLOCKS if "[[problem]]" in block)
+    (tmp_path / "hw" / "assignment.toml").write_text(text)
     assert load_assignment(tmp_path / "hw").slots[0].points == (1, 2, 1, 2, 2)
-
-
-def test_make_targets_and_links_exist() -> None:
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    for target in re.findall(r"^    make (\S+)", README, re.MULTILINE):
-        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
-    for link in re.findall(r"\]\(([^)#]+)\)", README):
-        assert (ROOT / link).exists(), link
 
 
 def test_the_readme_is_short_and_has_pictures() -> None:
@@ -91,6 +78,45 @@ def test_the_readme_is_short_and_has_pictures() -> None:
     assert pictures == ["jupyterlab-statement", "qdot-feedback", "qdot-site"]
 
 
-def test_the_readme_links_the_pages_for_newcomers() -> None:
-    for page in ("docs/compatibility.md", "docs/privacy.md", "docs/install.md", "docs/container.md", "SECURITY.md"):
-        assert f"]({page})" in README
+@pytest.mark.parametrize("name", qdot.__all__)
+def test_every_public_name_exists_and_has_an_example(name: str) -> None:
+    item = getattr(qdot, name)
+    assert name in dir(qdot)
+    if inspect.isroutine(item):
+        docstring = inspect.getdoc(item) or ""
+        assert ">>> " in docstring, f"{name} has no example"
+
+
+def test_an_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'nothing_like_it'"):
+        getattr(qdot, "nothing_like_it")  # noqa: B009
+
+
+def test_importing_qdot_loads_no_algebra() -> None:
+    """The version and the sandbox's files are available without waiting for SymPy."""
+    code = "import sys, qdot; sys.exit('sympy' in sys.modules or 'numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_no_public_name_is_a_module() -> None:
+    """Otherwise `from qdot import NAME` would give the module once it is imported."""
+    folder = Path(qdot.__file__).parent
+    assert not {path.stem for path in folder.iterdir()} & set(qdot.__all__)
+
+
+def test_the_reference_page_has_every_public_name_and_its_first_example_runs() -> None:
+    page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    assert all(f"### `{name}`" in page for name in qdot.__all__)
+    code = page.split("```python\n")[1].split("```")[0]
+    namespace: dict[str, object] = {}
+    exec(compile(code, "docs/library.md", "exec"), namespace)
+    assert repr(namespace["problem"]) == "Problem(elbow-3r/4: jacobian, determinant)"
+
+
+def test_reprs_are_short() -> None:
+    problem = qdot.generate("elbow-3r/4")
+    part = problem["jacobian"]
+    items = [problem.chain, part, qdot.solve(problem.chain), qdot.certify(problem)]
+    items += [*qdot.mark(problem, {"jacobian": "[[1, 2, 3]]*3"}), qdot.judge(problem, part, "a1")]
+    assert all(len(repr(item)) < 200 for item in items), [repr(item) for item in items if len(repr(item)) >= 200]
+    assert repr(part) == "Part(jacobian: matrix 3 x 3, 2 points)"

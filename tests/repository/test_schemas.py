@@ -16,17 +16,12 @@ from tests.support import ROOT
 from tests.support.command import run
 from tests.support.submitting import make_class, make_correct_notebook, submit
 
-SCHEMAS = ROOT / "docs" / "schemas"
-
-
-def make_validator(name: str) -> Any:
-    content = json.loads((SCHEMAS / f"{name}.json").read_text(encoding="utf-8"))
-    Draft202012Validator.check_schema(content)
-    return Draft202012Validator(content, format_checker=Draft202012Validator.FORMAT_CHECKER)
-
 
 def find_schema_errors(name: str, content: Any) -> list[str]:
-    return [f"{error.json_path}: {error.message}" for error in make_validator(name).iter_errors(content)]
+    schema = json.loads((ROOT / "docs" / "schemas" / f"{name}.json").read_text(encoding="utf-8"))
+    Draft202012Validator.check_schema(schema)
+    validator = Draft202012Validator(schema, format_checker=Draft202012Validator.FORMAT_CHECKER)
+    return [f"{error.json_path}: {error.message}" for error in validator.iter_errors(content)]
 
 
 @pytest.fixture(scope="module")
@@ -40,18 +35,14 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     table = "student,part,points,comment,group\nbo,p1.jacobian,1,x,\nada,,3,,\n"
     (folder / "overrides.csv").write_text(table)
     submit(assignment, "ada/hw.ipynb", make_correct_notebook(assignment, "ada"))
+    wrong = make_correct_notebook(assignment, "bo", lambda cells: cells[-1].update(source="p1_determinant = a1"))
     for name in ("hw", "other"):
-        submit(
-            assignment,
-            f"bo/{name}.ipynb",
-            make_correct_notebook(assignment, "bo", lambda cells: cells[-1].update(source="p1_determinant = a1")),
-        )
+        submit(assignment, f"bo/{name}.ipynb", wrong)
     submit(assignment, "cy/hw.ipynb", "no notebook")
     run("grade", folder, "--jobs", "1")
-    wrong_part = json.loads((folder / "graded" / "results.jsonl").read_text().splitlines()[1])["problems"][0]["parts"][
-        2
-    ]
-    (folder / "overrides.csv").write_text(f"{table},,,look again,{wrong_part['group']}\n")
+    result = json.loads((folder / "graded" / "results.jsonl").read_text().splitlines()[1])
+    group = result["problems"][0]["parts"][2]["group"]
+    (folder / "overrides.csv").write_text(f"{table},,,look again,{group}\n")
     run("grade", folder, "--report", f"json={folder / 'results.json'}", "--jobs", "1")
     lines = [json.loads(line) for line in (folder / "graded" / "results.jsonl").read_text().splitlines()]
     assert json.loads((folder / "results.json").read_text()) == lines

@@ -80,8 +80,6 @@ def test_the_watcher_notices_network_use(tmp_path: Path) -> None:
     assert "NETWORK socket.getaddrinfo" in process.stderr
 
 
-# --- licences ---
-
 DIST = ROOT / "site" / "dist"
 
 
@@ -113,19 +111,9 @@ def test_no_other_third_party_code_is_bundled() -> None:
     assert [path.name for path in texts if foreign.search(path.read_text(encoding="utf-8"))] == []
 
 
-# --- SECURITY.md, CITATION.cff ---
-
-
 def test_the_citation_has_this_version() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     citation = YAML(typ="safe").load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert citation["cff-version"] == "1.2.0" and {"message", "title", "authors"} <= set(citation)
     assert (citation["version"], citation["license"]) == (project["version"], project["license"])
     assert [author["name"] for author in citation["authors"]] == [author["name"] for author in project["authors"]]
-
-
-@pytest.mark.parametrize("name", ["SECURITY.md", "docs/privacy.md", "docs/compatibility.md"])
-def test_links_resolve(name: str) -> None:
-    page = ROOT / name
-    links = re.findall(r"\]\(([^)#]+)", page.read_text(encoding="utf-8"))
-    assert links and [link for link in links if not (page.parent / link).exists()] == []

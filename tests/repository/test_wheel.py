@@ -40,7 +40,6 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 
 def link_or_copy(source: str, target: str) -> None:
-    """Link a file, or copy it if the file system can't."""
     try:
         os.link(source, target)
     except OSError:
@@ -98,34 +97,28 @@ def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run_qdot(home: Path, *arguments: str | Path, cwd: Path) -> str:
-    """Run the installed command and return its standard output."""
     return run(home / "bin" / "qdot", *arguments, cwd=cwd)
 
 
-def test_the_wheel_contains_packages_and_templates_only(wheel: Path) -> None:
-    names = zipfile.ZipFile(wheel).namelist()
-    folders = {name.split("/")[0] for name in names}
-    assert {"qdot"} == {name for name in folders if not name.endswith(".dist-info")}
-    assert [name for name in names if name.endswith("licenses/LICENSE")]
-
-    there = (path for path in (ROOT / "templates").rglob("*") if "__pycache__" not in path.parts)
-    templates = {path.relative_to(ROOT / "templates") for path in there}
-    expected = {f"qdot/exercises/templates/{path}" for path in templates if (ROOT / "templates" / path).is_file()}
-    assert expected
-    assert expected == {name for name in names if name.startswith("qdot/exercises/templates/")}
+def list_files(folder: str, pattern: str = "*") -> set[str]:
+    """Return the files below a folder of the checkout by their path in it."""
+    files = (path for path in (ROOT / folder).rglob(pattern) if path.is_file() and "__pycache__" not in path.parts)
+    return {path.relative_to(ROOT / folder).as_posix() for path in files}
 
 
-def test_every_module_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
-    names = {name for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".py")}
-    modules = [*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")]
-    packages = {f"qdot/{path.relative_to(ROOT)}" for path in modules}
-    assert names == packages | {"qdot/__init__.py", "qdot/__main__.py"}
-
-
-def test_every_data_file_of_the_checkout_is_in_the_wheel(wheel: Path) -> None:
+def test_the_wheel_contains_all_modules_data_templates_docs_and_scripts_and_nothing_else(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
-    data = [path for kind in ("txt", "json", "po") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
-    assert data and {f"qdot/{path.relative_to(ROOT)}" for path in data} <= names
+    assert {"qdot"} == {name.split("/")[0] for name in names if ".dist-info/" not in name}
+    assert [name for name in names if name.endswith("licenses/LICENSE")]
+    modules = {f"qdot/{top}/{path}" for top in ("exercises", "grader") for path in list_files(top, "*.py")}
+    assert {name for name in names if name.endswith(".py")} == modules | {"qdot/__init__.py", "qdot/__main__.py"}
+    data = {path for kind in ("txt", "json", "po") for path in list_files("exercises", f"*.{kind}")}
+    pages = {f"qdot/exercises/site_docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
+    assert data and pages and {f"qdot/exercises/{path}" for path in data} | pages <= names
+    for folder, packed in (("templates", "templates"), ("site/dist", "site_dist")):
+        there = {f"qdot/exercises/{packed}/{path}" for path in list_files(folder)}
+        assert there == {name for name in names if name.startswith(f"qdot/exercises/{packed}/")}
+        assert there or folder == "site/dist"
 
 
 PROGRAM = """
@@ -212,17 +205,6 @@ def test_a_course_may_have_packages_named_like_our_folders(home: Path, tmp_path:
     assert "1 passed" in run(home / "bin" / "python", "-m", "pytest", "-q", cwd=tmp_path)
 
 
-def test_the_wheel_contains_the_docs_and_the_sites_scripts(wheel: Path) -> None:
-    names = set(zipfile.ZipFile(wheel).namelist())
-    pages = {f"qdot/exercises/site_docs/{path.name}" for path in (ROOT / "docs").glob("*.md")}
-    assert pages and pages <= names
-    dist = ROOT / "site" / "dist"
-    built = {
-        f"qdot/exercises/site_dist/{path.relative_to(dist).as_posix()}" for path in dist.rglob("*") if path.is_file()
-    }
-    assert built == {name for name in names if name.startswith("qdot/exercises/site_dist/")}
-
-
 @pytest.mark.integration
 @pytest.mark.skipif(not (ROOT / "site" / "dist").is_dir(), reason="the site's scripts are not built here: make site")
 def test_an_instructor_builds_the_site_without_node(home: Path, tmp_path: Path) -> None:
@@ -236,8 +218,6 @@ def test_an_instructor_builds_the_site_without_node(home: Path, tmp_path: Path) 
         for address in re.findall(r'<(?:script|link)[^>]* (?:src|href)="([^"]+)"', page):
             assert ((site / name).parent / address).is_file(), (name, address)
 
-
-# --- the build hook ---
 
 FAKE_NPM = """#!/bin/sh
 echo "$*" >> "$NPM_CALLS"

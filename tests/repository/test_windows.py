@@ -116,9 +116,6 @@ def test_commands_that_run_student_code_are_refused(tmp_path: Path) -> None:
     assert REFUSED in run("doctor")[0]
 
 
-ARCHIVES = {"gradescope", "github", "gitlab", "nbgrader", "otter", "prairielearn", "moodle", "canvas", "qti"}
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a class that is generated here and was graded elsewhere."""
