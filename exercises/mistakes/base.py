@@ -69,7 +69,7 @@ class MistakenAnswer:
 VariantGenerator = Callable[[Chain, AnswerShape], Iterator[MistakeVariant]]
 """Yields the variants of a mistake on an arm, for an answer of the given shape."""
 
-FormulaVariantGenerator = Callable[[Part], Iterator[MistakeVariant]]
+FormulaVariantGenerator = Callable[[Chain, Part], Iterator[MistakeVariant]]
 """Yields the variants of a mistake in the formula of an instructor's question."""
 
 AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
@@ -108,9 +108,9 @@ class Mistake:
         """Yield the variants of the mistake on an arm, for an answer of the given shape."""
         return self.variant_generator(chain, shape) if self.variant_generator and self._applies_to(chain) else iter(())
 
-    def generate_formula_variants(self, part: Part) -> Iterator[MistakeVariant]:
+    def generate_formula_variants(self, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
         """Yield the variants of the mistake in the formula of an instructor's question."""
-        return self.formula_variant_generator(part) if self.formula_variant_generator else iter(())
+        return self.formula_variant_generator(chain, part) if self.formula_variant_generator else iter(())
 
     def generate_answers(self, chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         """Yield the wrong answers that the mistake gives to a part that is not derived step by step."""

@@ -92,9 +92,11 @@ SIGN_MISTAKES_THROUGHOUT = frozenset({
 })  # fmt: skip
 """The mistakes that say why all signs of an answer are wrong."""
 
-NEAREST_IN_OWN_FORMULAS = {*FORMULA_VARIANTS, "length-forgotten", "distance-forgotten", "rows-exchanged"}
+NEAREST_IN_OWN_FORMULAS = {
+    *FORMULA_VARIANTS, "length-forgotten", "distance-forgotten", "rows-exchanged",
+} - {"cross-terms-missing"}  # fmt: skip
 """The likeliest mistakes in an instructor's question: mistakes in the formula itself, a length missing from the whole
-answer, and two entries exchanged."""
+answer, and two entries exchanged. A single term that is missing is likelier than all cross terms."""
 
 PROPAGATION_FACTOR = 0.5
 """Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""
@@ -146,7 +148,7 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     if (formula := question_formulas.find_formula(part)) is not None:
         mistakes = _list_mistakes_in_question(mistakes, formula)
     if part.type != "number":
-        names_of_numbers = set(NUMERIC_MISTAKES) - FORMULA_VARIANTS.keys()
+        names_of_numbers = set(NUMERIC_MISTAKES) - (FORMULA_VARIANTS.keys() - VARIANTS.keys())
         return [mistake for mistake in mistakes if mistake.name not in names_of_numbers]
     impossible_mistakes = set() if all(unit in ANGULAR_UNITS for unit in part.answer.expected_units) else {IN_DEGREES}
     if not is_precise and part.shape == (1, 1):
@@ -204,7 +206,7 @@ def apply_mistake(
         return
     idle_joints = set[int]()
     variants = mistake.generate_variants(stages.chain, (correct_answer.shape[0], correct_answer.shape[1]))
-    for variant in (*mistake.generate_formula_variants(part), *variants):
+    for variant in (*mistake.generate_formula_variants(stages.chain, part), *variants):
         effective_variant = variant if variant.at_joints is None else variant.without_idle_joints(idle_joints)
         if variant.at_joints is not None:
             idle_joints = set()

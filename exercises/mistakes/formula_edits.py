@@ -242,7 +242,7 @@ def _find_numeric_factor(node: Node) -> Fraction:
 def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
     """Yield each symbol that is similar to a name, such as theta2 instead of theta1."""
     for symbol in symbols if node.kind == "name" else ():
-        if symbol != node.value and _find_stem(symbol) == _find_stem(str(node.value)):
+        if symbol != node.value and find_stem(symbol) == find_stem(str(node.value)):
             yield Edit("symbol-typed", Node("name", value=symbol))
 
 
@@ -250,7 +250,7 @@ def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[E
     """Yield an entry with two similar names exchanged."""
     present_symbols = sorted(find_names(entry) & set(symbols))
     for first_name, second_name in combinations(present_symbols, 2):
-        if _find_stem(first_name) == _find_stem(second_name):
+        if find_stem(first_name) == find_stem(second_name):
             first_leaf, second_leaf = Node("name", value=first_name), Node("name", value=second_name)
             yield Edit("symbol-typed", replace_nodes(entry, {first_leaf: second_leaf, second_leaf: first_leaf}.get))
 
@@ -276,7 +276,7 @@ def add_quarter_turn(node: Node) -> Node:
     return _swap_trig(node) if node.value == "sin" else -_swap_trig(node)
 
 
-def _find_stem(name: str) -> str:
+def find_stem(name: str) -> str:
     """Return the stem that similar names such as theta1 and theta2, or fy and fz, have in common."""
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 

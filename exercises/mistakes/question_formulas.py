@@ -1,23 +1,24 @@
 """Mistakes in the formula of an instructor's question, such as another component or frame, or a forgotten root.
 
-The stages of the derivation stay correct. A mistake rewrites the formula of the question, and the wrong answer is the
-value of the new formula.
+The stages of the derivation stay correct. A mistake rewrites the formula of the question, or substitutes other values
+for its symbols, and the wrong answer is the value of the new formula.
 """
 
 import ast
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
-from functools import partial
+from functools import partial, reduce
 from itertools import combinations
 
 import numpy as np
 
+from qdot.exercises.arm.chain import Chain
 from qdot.exercises.derivation.graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import FormulaVariantGenerator, MistakeVariant
+from qdot.exercises.mistakes.formula_edits import find_stem
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.custom import CustomDetails
-from qdot.exercises.questions.custom.question import QuestionMaker
 from qdot.exercises.questions.language import AXES, find_names, parse
 
 Rewriting = Callable[[ast.expr], ast.expr | None]
@@ -32,16 +33,18 @@ def find_formula(part: Part) -> ast.expr | None:
     """Return the formula of an instructor's question; None for other questions, sets, options and texts."""
     if not isinstance(part.details, CustomDetails) or part.answer.offered_options:
         return None
-    maker = QuestionMaker(part.details.definition)
+    maker = part.details.maker
     return maker.formulas[0] if maker.formulas and not maker.is_set else None
 
 
-def _vary_formula(list_variants: Callable[[ast.expr, Part], Iterator[MistakeVariant]]) -> FormulaVariantGenerator:
+def _vary_formula(
+    list_variants: Callable[[ast.expr, Chain, Part], Iterator[MistakeVariant]],
+) -> FormulaVariantGenerator:
     """Return a function that yields the variants of a mistake in the formula of an instructor's question, if any."""
 
-    def generate(part: Part) -> Iterator[MistakeVariant]:
+    def generate(chain: Chain, part: Part) -> Iterator[MistakeVariant]:
         formula = find_formula(part)
-        return iter(()) if formula is None else list_variants(formula, part)
+        return iter(()) if formula is None else list_variants(formula, chain, part)
 
     return generate
 
@@ -49,7 +52,7 @@ def _vary_formula(list_variants: Callable[[ast.expr, Part], Iterator[MistakeVari
 def _rewrite_each(list_rewritings: Callable[[ast.expr], Iterator[Rewriting]]) -> FormulaVariantGenerator:
     """Return a function that yields a variant for each rewriting that changes the formula."""
 
-    def list_variants(formula: ast.expr, part: Part) -> Iterator[MistakeVariant]:
+    def list_variants(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
         for rewriting in list_rewritings(formula):
             new_formula = _rewrite(formula, rewriting)
             if ast.dump(new_formula) != ast.dump(formula):
@@ -58,14 +61,14 @@ def _rewrite_each(list_rewritings: Callable[[ast.expr], Iterator[Rewriting]]) ->
     return _vary_formula(list_variants)
 
 
-def _make_variant(part: Part, new_formula: ast.expr, which: str = "") -> MistakeVariant:
-    maker = QuestionMaker(part.details_as(CustomDetails).definition)
+def _make_variant(part: Part, new_formula: ast.expr, **words: str) -> MistakeVariant:
+    maker = part.details_as(CustomDetails).maker
 
     def compute_new_formula(stages: StageResults, _: np.ndarray) -> np.ndarray:
         value = maker.compute_formula(new_formula, stages)
         return value[:, None] if value.ndim == 2 else value
 
-    return MistakeVariant({RESULT: compute_new_formula}, words={"Where": ALL_OF_ANSWER, "which": which})
+    return MistakeVariant({RESULT: compute_new_formula}, words={"Where": ALL_OF_ANSWER, "which": "", **words})
 
 
 class _Rewriter(ast.NodeTransformer):
@@ -238,16 +241,99 @@ def _multiply_by_task_rows(node: ast.expr, columns: Sequence[int]) -> ast.expr |
     return None
 
 
-# --- factors of numbers ---
+# --- other values of symbols ---
 
 
-def _forget_factors(formula: ast.expr, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the number without each symbol that the question introduces or gives, such as g or a joint rate."""
+def _substitute(formula: ast.expr, values: Mapping[str, str]) -> ast.expr:
+    """Return the formula at other values of some symbols, which are formulas themselves."""
+    return ast.Call(ast.Name("at"), [formula], [ast.keyword(name, parse(value)) for name, value in values.items()])
+
+
+def _list_units(chain: Chain, part: Part) -> dict[str, str]:
+    return part.details_as(CustomDetails).maker.list_units_of_symbols(chain)
+
+
+def _forget_factors(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield the number without each symbol that the question introduces or gives, such as g or a joint rate.
+
+    Numbers in the formula are left out, too.
+    """
     details = part.details_as(CustomDetails)
     names = {name for name, _ in details.definition.units} | {symbol.name for symbol in details.values}
-    for name in sorted(find_names(formula) & names) if part.type == "number" else ():
-        replacement = partial(_replace_name, name=name, replacement=ast.Constant(1))
-        yield _make_variant(part, _rewrite(formula, replacement), f" (with {name})")
+    for name in sorted(names) if part.type == "number" else ():
+        yield _make_variant(part, _substitute(formula, {name: "1"}), which=f" (with {name})")
+    if part.type == "number":
+        yield _make_variant(part, _rewrite(formula, _omit_number))
+
+
+def _omit_number(node: ast.expr) -> ast.expr | None:
+    match node:
+        case ast.BinOp(left=ast.Constant(), op=ast.Mult(), right=factor):
+            return factor
+        case ast.BinOp(left=factor, op=ast.Mult(), right=ast.Constant()):
+            return factor
+        case ast.BinOp(left=ast.Constant(), op=ast.Div(), right=divisor):
+            return ast.BinOp(ast.Constant(1), ast.Div(), divisor)
+    return None
+
+
+def _leave_out_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield the formula without each component of the load or of the velocity of the task; a number without a rate."""
+    for name in [*_list_components(chain, part), *(rate.name for rate in chain.rates if part.type == "number")]:
+        yield _make_variant(part, _substitute(formula, {name: "0"}), symbol=name)
+
+
+def _change_signs(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield the formula with another sign of each component of the load or of the velocity of the task."""
+    for name in _list_components(chain, part):
+        yield _make_variant(part, _substitute(formula, {name: f"-{name}"}), symbol=name)
+
+
+def _list_components(chain: Chain, part: Part) -> list[str]:
+    """Return the names of the components of the load and of the velocity of the task that a formula may contain."""
+    return [name for name in _list_units(chain, part) if len(name) == 2 and name[0] in "fmvw" and name[1] in AXES]
+
+
+def _exchange_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield the formula with two similar symbols exchanged, such as fx and fy, a1 and a2, or two masses."""
+    units = {name: unit for name, unit in _list_units(chain, part).items() if unit != "rad"}
+    for one, other in combinations(units, 2):
+        if find_stem(one) == find_stem(other) and units[one] == units[other]:
+            yield _make_variant(part, _substitute(formula, {one: other, other: one}), one=one, other=other)
+
+
+def _use_unit_vector(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield the formula with a unit vector in the place of the velocity of the task, or of the force."""
+    for letter in "vf":
+        names = [letter + row[1] for row in chain.task if row[0] == "v"]
+        length = f"sqrt({' + '.join(f'{name}^2' for name in names) or '1'})"
+        yield _make_variant(part, _substitute(formula, {name: f"{name}/{length}" for name in names}))
+
+
+def _drop_cross_terms(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield the sum of what each joint rate contributes alone to a formula that contains squares, such as an energy."""
+    names, text = [rate.name for rate in chain.rates], ast.unparse(formula)
+    square_count = text.count("** 2") + text.count("dot(")
+    if len(names) > 1 and square_count > text.count("norm(") and "sqrt(" not in text:
+        terms = [_substitute(formula, dict.fromkeys(set(names) - {name}, "0")) for name in names]
+        yield _make_variant(part, reduce(lambda left, right: ast.BinOp(left, ast.Add(), right), terms))
+
+
+def _use_degrees(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+    """Yield a number whose formula contains joint angles in degrees."""
+    names = find_names(formula) & {name for name, unit in _list_units(chain, part).items() if unit == "rad"}
+    if part.type == "number" and names:
+        yield _make_variant(part, _substitute(formula, {name: f"180/pi*{name}" for name in names}))
+
+
+def _scale(text: str) -> Callable[[ast.expr, Chain, Part], Iterator[MistakeVariant]]:
+    """Return a function that yields a number multiplied by a factor."""
+
+    def list_variants(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
+        product = ast.BinOp(parse(text), ast.Mult(), formula)
+        return iter([_make_variant(part, product)] if part.type == "number" else [])
+
+    return list_variants
 
 
 FORMULA_VARIANTS: dict[str, FormulaVariantGenerator] = {
@@ -263,5 +349,13 @@ FORMULA_VARIANTS: dict[str, FormulaVariantGenerator] = {
     "component-alone": _rewrite_each(_replace_norm("u[1]", "u[2]", "u[3]", "abs(u[1])", "abs(u[2])", "abs(u[3])")),
     "transposed-wrongly": _rewrite_each(_transpose_otherwise),
     "factor-missing": _vary_formula(_forget_factors),
+    "symbol-left-out": _vary_formula(_leave_out_symbols),
+    "symbols-exchanged": _vary_formula(_exchange_symbols),
+    "unit-vector": _vary_formula(_use_unit_vector),
+    "symbol-sign": _vary_formula(_change_signs),
+    "cross-terms-missing": _vary_formula(_drop_cross_terms),
+    "degrees-as-radians": _vary_formula(_use_degrees),
+    "entry-halved": _vary_formula(_scale("1/2")),
+    "entry-doubled": _vary_formula(_scale("2")),
 }  # fmt: skip
 """Maps the name of each mistake in the formula of a question to the function that yields its variants."""

@@ -5,7 +5,7 @@ remark gives the reference away. A remark names a factor common to all entries, 
 should not depend, or a simple configuration.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import chain, islice, product
 
@@ -94,7 +94,9 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
     if parsed_answer.symbols - set(values):
         return None
     pair = _AnswerAndReference(problem.chain, part, compile_program(parsed_answer.entries))
-    missing_names = sorted(_find_names_of_reference(problem, part) - parsed_answer.symbols, key=natural_sort_key)
+    expected_names = _find_names_of_reference(problem, part)
+    typed_names = {name for name in parsed_answer.symbols if isinstance(problem.domain.roles.get(name), str)}
+    surplus_names = set() if part.details.given_joints else typed_names - expected_names
     try:
         answer_values, expected_values = pair.evaluate(values)
         if answer_values.shape != expected_values.shape:
@@ -103,7 +105,8 @@ def _advise_on_formulas(problem: Problem, part: Part, parsed_answer: ParsedAnswe
         remarks = chain(
             _remark_on_factor(answer_values, expected_values, tolerance, part),
             _remark_on_joints(pair, values),
-            _remark_on_missing_symbols(pair, values, missing_names),
+            _remark_on_symbols(pair, values, expected_names - parsed_answer.symbols, are_missing=True),
+            _remark_on_symbols(pair, values, surplus_names, are_missing=False),
             _remark_on_configuration(pair, values),
         )
         return next(remarks)
@@ -188,20 +191,25 @@ def _find_names_of_reference(problem: Problem, part: Part) -> set[str]:
     return {name for name in names if isinstance(problem.domain.roles.get(name), str)}
 
 
-def _remark_on_missing_symbols(
-    pair: _AnswerAndReference, values: SymbolValues, missing_names: Sequence[str]
+def _remark_on_symbols(
+    pair: _AnswerAndReference, values: SymbolValues, names: Collection[str], are_missing: bool
 ) -> Iterator[str]:
-    """Yield a remark on the symbols that the answer lacks and on which the reference depends, if there are only few."""
-    _, values_before = pair.evaluate(values)
-    names = [
-        name
-        for name in missing_names
-        if _has_changed(pair.evaluate({**values, name: values[name] + JOINT_CHANGE})[1], values_before)
-    ]
-    if 0 < len(names) <= MAX_MISSING_SYMBOLS:
-        listing = " or ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
-        pronoun = "it" if len(names) == 1 else "them"
-        yield f"Your answer does not contain {listing}, but the requested result depends on {pronoun}."
+    """Yield a remark on those names on which only the reference depends, or only the answer, if there are only few.
+
+    The names are missing in the answer, or otherwise in the reference.
+    """
+    values_before = pair.evaluate(values)
+    relevant_names = []
+    for name in sorted(names, key=natural_sort_key):
+        values_after = pair.evaluate({**values, name: values[name] + JOINT_CHANGE})
+        if [*map(_has_changed, values_after, values_before)] == [not are_missing, are_missing]:
+            relevant_names.append(name)
+    if 0 < len(relevant_names) <= MAX_MISSING_SYMBOLS:
+        verbs = ("does not contain", "depends") if are_missing else ("contains", "does not depend")
+        conjunction = " or " if are_missing else " and "
+        listing = conjunction.join(filter(None, [", ".join(relevant_names[:-1]), relevant_names[-1]]))
+        pronoun = "it" if len(relevant_names) == 1 else "them"
+        yield f"Your answer {verbs[0]} {listing}, but the requested result {verbs[1]} on {pronoun}."
 
 
 def _write_name(symbol: str) -> str:

@@ -29,6 +29,7 @@ from qdot.exercises.mistakes.catalogue import (
 )
 from qdot.exercises.mistakes.question_formulas import find_formula
 from qdot.exercises.problem.problem import Part, Problem
+from qdot.exercises.questions.custom.question import CustomDetails, derive_formulas_of_numbers
 from qdot.exercises.questions.quantities import is_quantity
 from qdot.exercises.questions.results import is_made_of_jacobian, is_product
 from qdot.exercises.short_questions import question_of
@@ -309,7 +310,7 @@ def _explain_terms(answer: WrongAnswer) -> Diagnosis | None:
     Signs and sines together are named only in an instructor's formula, because a mistake in the derivation of an arm's
     quantity is likelier.
     """
-    comparison = _compare_terms(answer)
+    comparison = _compare_terms(answer) if answer.part.answer.is_symbolic else None
     if comparison is None:
         return None
     has_two_mistakes = comparison.has_exchanged_trigs and comparison.has_wrong_signs
@@ -454,8 +455,14 @@ def _find_shape(rows: Rows) -> tuple[int, int]:
 
 
 def _list_reference_forms(answer: WrongAnswer) -> Iterator[Rows]:
-    """Yield the formulas of the correct answer as in the worked solution, and then as used for comparison."""
+    """Yield the formulas of the correct answer as in the worked solution, and then as used for comparison.
+
+    The formulas of a number are those from which an instructor's question follows, if they are short.
+    """
     problem, part = answer.problem, answer.part
+    if part.type == "number" and find_formula(part) is not None:
+        formulas = derive_formulas_of_numbers(part.details_as(CustomDetails).definition, problem.chain)
+        yield from [formulas] if formulas else []
     if not part.answer.is_numeric and part.answer.list_entries() and part.type != "number":
         roles = problem.domain.roles
         worked_form = as_matrix(parse_formula(write_answer_code(problem, part), roles))

@@ -16,7 +16,16 @@ import numpy as np
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import expand_terms
 from qdot.exercises.formula.program import compile_program, evaluate, evaluate_variants
-from qdot.exercises.formula.trees import ONE, ZERO, Node, count_nodes, find_names, format_tree, iterate_nodes
+from qdot.exercises.formula.trees import (
+    ONE,
+    ZERO,
+    Node,
+    count_nodes,
+    find_names,
+    format_tree,
+    iterate_nodes,
+    replace_names,
+)
 from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
@@ -48,6 +57,13 @@ SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-
 A surplus in the answer is found as a part that the reference lacks, compared with the answer.
 """
 
+MISTAKES_IN_NUMBERS: tuple[Collection[str], ...] = (
+    ("entry-halved", "entry-doubled"), ("term-sign-typed", "term-missing", "trig-typed", "symbol-typed"), CATALOGUE,
+)  # fmt: skip
+"""The mistakes that are considered for a number, the likeliest ones first."""
+MAX_CHANCE = 0.05
+"""Maximum probability that one of the mistakes gives a number by chance; if it is larger, none is considered."""
+
 EntryIndex = tuple[int, int]
 """The row and the column of an entry, from 0."""
 
@@ -56,10 +72,12 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     """Return the mistake in the finished formulas of an answer; `reference` has the formulas of the correct answer.
 
     The search looks for one mistake in each wrong entry. If `allows_any_number`, a number or an angle may also be wrong
-    by any amount. Blanks don't count as wrong.
+    by any amount, unless the answer consists of numbers. Blanks don't count as wrong.
     """
     if not answer.has_expected_shape:
         return None
+    if answer.part.answer.is_numeric:
+        answer, allows_any_number = replace(answer, rows=None), False  # a typed number is not a formula
     wrong_entries = answer.list_wrong_entries()
     if not wrong_entries:
         return None
@@ -69,7 +87,7 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
     if not is_single_entry:
         diagnosis = (
             find_exchange(answer)
-            or _find_mistake_everywhere(answer, reference)
+            or (_find_mistake_everywhere(answer, reference) if answer.is_precise else None)
             or _find_other_lengths(answer, reference)
         )
         if diagnosis is not None or len(wrong_entries) > MAX_ENTRIES:
@@ -318,11 +336,14 @@ class _WrongEntry:
 
     def _find_edits(self) -> Iterator[LocatedMistake]:
         """Yield the mistakes that give the entry when they are made in the reference."""
-        for edit in self._list_fitting_edits(self.reference, self.answer):
+        is_number = self.correct_values.shape[-1] == 1
+        sets = (self._list_fitting_edits(self.reference, self.answer, names) for names in MISTAKES_IN_NUMBERS)
+        edits = next(filter(None, sets), []) if is_number else self._list_fitting_edits(self.reference, self.answer)
+        for edit in edits:
             yield LocatedMistake(edit.mistake, edit.missing_words)
 
     def _find_surplus(self) -> Iterator[LocatedMistake]:
-        """Yield a mistake if the entry without one of its terms or factors equals the reference."""
+        """Yield a mistake if the entry without a term or factor, or without some symbols, equals the reference."""
         if self.typed_formula is None:
             return
         expected_answer = replace(self.answer, values=self.correct_values[None, None])
@@ -331,6 +352,10 @@ class _WrongEntry:
         if expected_answer.equals(np.zeros_like(expected_answer.values)):
             words = formula_edits.Edit("", self.typed_formula, self.typed_formula).missing_words
             yield LocatedMistake("term-surplus", words)
+        surplus_names = sorted(find_names(self.typed_formula) - find_names(self.reference))
+        formula = replace_names(self.typed_formula, dict.fromkeys(surplus_names, ZERO))
+        if surplus_names and expected_answer.equals(_evaluate([formula], self.values)[None]):
+            yield LocatedMistake("term-surplus", f" (with {join_words(surplus_names)})")
 
     def _list_fitting_edits(
         self, entry: Node, expected: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
@@ -340,10 +365,13 @@ class _WrongEntry:
             allowed_mistakes = set(allowed_mistakes) - formula_edits.DERIVATIVE_MISTAKES
         edits = (edit for edit in formula_edits.edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
         candidates = list(islice(edits, MAX_EDITS))
+        if not candidates:
+            return []
         answers = _evaluate([edit.entry for edit in candidates], self.values)
-        if candidates:
-            return [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
-        return []
+        different_count = len(set(answers[:, 0].real.round(12))) if answers.shape[1] == 1 else 0
+        if 2 * expected.tolerances.relative * different_count > MAX_CHANCE:
+            return []
+        return [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
 
     def _find_wrong_number(self) -> Iterator[LocatedMistake]:
         """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""

@@ -70,6 +70,11 @@ class WrongAnswer:
         """Whether all values are correct within the tolerance."""
         return self.has_expected_shape and bool(self.numeric.match_entries(self.correct_values).all())
 
+    @property
+    def is_precise(self) -> bool:
+        """Whether an answer that a mistake gives is hardly ever given by chance: a formula, or precise numbers."""
+        return not self.part.answer.is_numeric or self.numeric.is_precise
+
     def list_wrong_entries(self) -> list[tuple[int, int]]:
         """Return the row and the column of each wrong entry, from 0; blanks don't count as wrong."""
         is_blank = np.isnan(self.numeric.values).any(axis=-1)

@@ -30,6 +30,7 @@ from qdot.exercises.derivation.lengths import replace_lengths_by_symbols
 from qdot.exercises.formula.parser import parse_reference
 from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression
+from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
@@ -71,6 +72,8 @@ MAX_TRIES = 20
 """Maximum number of sets of random values that are tried until the answer is finite and nothing is 0 by chance."""
 MAX_OPERATIONS = 20_000
 """Maximum number of operations of a formula before it is simplified; those that people can read have hundreds."""
+MAX_EDITED_OPERATIONS = 400
+"""Maximum number of operations of a number's formula, before it is simplified, in which mistakes are looked for."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
@@ -114,6 +117,11 @@ class CustomDetails(Details):
     def question(self) -> Question:
         """The question of the definition."""
         return make_question(self.definition)
+
+    @property
+    def maker(self) -> "QuestionMaker":
+        """The functions that compute the answer."""
+        return QuestionMaker(self.definition)
 
     @property
     def all_values(self) -> dict[sp.Symbol, sp.Expr]:
@@ -180,7 +188,7 @@ class QuestionMaker:
 
     - `compute_answer`: as computed by the stages, for mistakes and for a student's earlier answers
     - `derive`: in textbook form, for formulas that people read
-    - `_compute_symbolic_answer`: not simplified, which is faster, for numbers at given values
+    - `compute_symbolic_answer`: not simplified, which is faster, for numbers at given values
     - `derive_zeros`: as numerators, for the set in which they are zero
 
     The last three use the symbolic arm if possible, so that one derivation serves all arms of a class.
@@ -296,7 +304,7 @@ class QuestionMaker:
         If possible, no entry is 0 by chance, and no angle and no sum of rates of consecutive joints is 0, because wrong
         answers would be right there.
         """
-        matrix, first_sample = self._compute_symbolic_answer(chain), None
+        matrix, first_sample = self.compute_symbolic_answer(chain), None
         fixed_names = {value.name for value in self.definition.given if not value.is_random}
         for _ in range(MAX_TRIES):
             details = self._sample_values(chain, rng)
@@ -311,7 +319,7 @@ class QuestionMaker:
             first_sample = first_sample or sample
         return first_sample
 
-    def _compute_symbolic_answer(self, chain: Chain) -> sp.Matrix:
+    def compute_symbolic_answer(self, chain: Chain) -> sp.Matrix:
         """Return the answer as formulas that are not simplified; they are computed once for all arms of a class."""
         if self.names_arm_symbols(chain):
             return _compute_formulas(self.definition, chain)
@@ -434,7 +442,7 @@ class QuestionMaker:
 
         A length that is a number in the arm's table keeps this number, which must be in the given range.
         """
-        numbers, units = list_table_numbers(chain), self._list_units_of_symbols(chain)
+        numbers, units = list_table_numbers(chain), self.list_units_of_symbols(chain)
         for value in self.definition.given:
             if value.name in GIVEN_GROUPS:
                 continue
@@ -462,7 +470,7 @@ class QuestionMaker:
             return None
         return KeyReason(f"units.{name}", f"{name} is a name of the arm, so its unit is known; leave it out here")
 
-    def _list_units_of_symbols(self, chain: Chain) -> dict[str, str]:
+    def list_units_of_symbols(self, chain: Chain) -> dict[str, str]:
         """Return the unit of each symbol that an answer may contain, and of each length in the arm's table."""
         units = dict.fromkeys([*map(str, chain.parameters), *list_table_numbers(chain)], "m")
         for q, rate, joint in zip(chain.q, chain.rates, chain.joints, strict=True):
@@ -523,7 +531,7 @@ class QuestionMaker:
         random_symbols = [symbol for symbol in symbols if symbol.name not in fixed_names]
         if not random_symbols:
             return []
-        matrix = self._compute_symbolic_answer(chain)
+        matrix = self.compute_symbolic_answer(chain)
         values = details.all_values
         answer = [_evaluate(entry, values) for entry in matrix]
 
@@ -589,7 +597,7 @@ class QuestionMaker:
         if not self.formulas or self.is_set or len(rows) >= len(AXES):
             return None
         is_number = bool(self.definition.given)
-        matrix = self._compute_symbolic_answer(chain) if is_number else _derive_answer(self.definition, chain)
+        matrix = self.compute_symbolic_answer(chain) if is_number else _derive_answer(self.definition, chain)
         if rows and matrix.shape == (len(rows), 1):
             return _find_zero_row(rows, matrix, chain)
         if matrix.shape != (len(AXES), 1):
@@ -656,7 +664,7 @@ class QuestionMaker:
             answer = self.compute_answer(compute_numeric_stages(arm, values), details)
             return answer.reshape(-1, answer.shape[-1])
 
-        dimensions = find_dimensions(compute_entries, self._list_units_of_symbols(arm))
+        dimensions = find_dimensions(compute_entries, self.list_units_of_symbols(arm))
         if self.definition.given:
             return find_unit_objection(dimensions, self.definition.entry_units)
         return MIXED_UNITS if dimensions.is_mixed else None
@@ -697,6 +705,17 @@ def _compute_formulas(definition: Definition, chain: Chain) -> sp.ImmutableMatri
         compute_symbolic_stages(chain), CustomDetails(definition=definition)
     )
     return sp.ImmutableMatrix(to_sympy_matrix(value))
+
+
+@lru_cache(maxsize=1024)
+def derive_formulas_of_numbers(definition: Definition, chain: Chain) -> list[list[Node]] | None:
+    """Return the formulas in textbook form from which a numeric answer follows; None if one of them is long."""
+    matrix = QuestionMaker(definition).compute_symbolic_answer(chain)
+    if any(sp.count_ops(entry) > MAX_EDITED_OPERATIONS for entry in matrix):
+        return None
+    names = frozenset(symbol.name for symbol in matrix.free_symbols)
+    texts = [[format_expression(_simplify(entry)) for entry in row] for row in matrix.tolist()]
+    return [[parse_reference(text, names) for text in row] for row in texts]
 
 
 @lru_cache(maxsize=1024)

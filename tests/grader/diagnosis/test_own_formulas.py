@@ -5,9 +5,12 @@ from typing import Any
 
 import pytest
 
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions.custom.definition import Definition, GivenValue, Texts
+from qdot.grader.diagnosis.advice import advise
+from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.marking.marking import mark
 from tests.support import DATA
@@ -151,6 +154,13 @@ def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
         ("J*transpose(J)*qd", "transpose(J)*J*qd", "transposed-wrongly"),
         ("m*transpose(J)*J*qd", "m*J*transpose(J)*qd", "transposed-wrongly"),
         ("sqrt(v.x^2 + v.y^2)", "dot(v, v)", "speed-squared"), ("sqrt(v.x^2 + v.y^2)", "v.y", "component-alone"),
+        ("m*dot(v, v)/2", "m*dot(v, v)", "entry-doubled"), ("m*g*v.y", "m*g*v.y/2", "entry-halved"),
+        ("3*dot(v, v)", "dot(v, v)", "factor-missing"), ("m*g*v.y", "at(m*g*v.y, qd2 = 0)", "symbol-left-out"),
+        ("m*dot(v, v)", "m*(at(dot(v, v), qd1 = 0) + at(dot(v, v), qd2 = 0))", "cross-terms-missing"),
+        ("m*g*sin(theta2)", "m*g*sin(180/pi*theta2)", "degrees-as-radians"),
+        ("m*dot(v, v)", "at(m*dot(v, v), qd1 = qd2, qd2 = qd1)", "symbols-exchanged"),
+        ("m*(3*sin(theta1) + sin(theta2))", "m*(3*sin(theta1) - sin(theta2))", "term-sign-typed"),
+        ("m*(3*sin(theta1) + sin(theta2))", "m*(3*sin(theta1) + cos(theta2))", "trig-throughout"),
     ],
 )  # fmt: skip
 def test_simple_mistakes_in_a_number_are_named(formula: str, wrong_formula: str, mistake: str) -> None:
@@ -159,6 +169,50 @@ def test_simple_mistakes_in_a_number_are_named(formula: str, wrong_formula: str,
     answer = [f"{float(number):.5g}" for number in other_problem["mine"].answer.as_matrix()]
     verdict = mark_one(problem, f"[{', '.join(answer)}]")
     assert find_mistake(verdict) == mistake, verdict.diagnosis
+
+
+@pytest.mark.parametrize(
+    ("formula", "wrong_formula", "mistake"),
+    [
+        ("transpose(J)*f", "at(transpose(J)*f, fy = 0)", "symbol-left-out"),
+        ("transpose(J)*f", "at(transpose(J)*f, fx = fy, fy = fx)", "symbols-exchanged"),
+        ("transpose(J)*f", "at(transpose(J)*f, fx = -fx)", "symbol-sign"),
+        ("transpose(J)*f", "transpose(J)*f/norm(f)", "unit-vector"),
+        ("inv(J)*xd", "inv(J)*xd/norm(xd)", "unit-vector"), ("inv(J)*xd", "at(inv(J)*xd, vx = 0)", "symbol-left-out"),
+    ],
+)  # fmt: skip
+def test_mistakes_in_given_vectors_are_named_in_formulas_and_in_numbers(
+    formula: str, wrong_formula: str, mistake: str
+) -> None:
+    group = "force" if "f" in formula else "velocity"
+    for digits in (3, 5):
+        settings = {"given": (GivenValue("pose"), GivenValue(group))}
+        problem, other_problem = (ask("planar-2r", text, **settings) for text in (formula, wrong_formula))
+        answer = [f"{float(number):.{digits}g}" for number in other_problem["mine"].answer.as_matrix()]
+        assert find_mistake(mark_one(problem, f"[{', '.join(answer)}]")) == mistake
+    problem, other_problem = (ask("planar-2r", text) for text in (formula, wrong_formula))
+    assert find_mistake(mark_one(problem, other_problem["mine"].answer.as_typed())) == mistake
+
+
+def test_few_random_numbers_have_a_cause() -> None:
+    given = (*AT_POSE, GivenValue("m", low=2, high=5))
+    problem, random = ask("planar-2r", "m*dot(v, v)/2", units=MASSES, given=given), Stream("random numbers")
+    energy = float(problem["mine"].answer.as_matrix()[0])
+    counts = {3: 0, 5: 0}
+    for digits in counts:
+        for _ in range(20):
+            typed_number = f"{energy * random.uniform(0.3, 3):.{digits}g}"
+            counts[digits] += bool(find_mistake(mark_one(problem, typed_number)))
+    assert counts[3] <= 3 and counts[5] == 0, counts
+
+
+def test_a_symbol_that_cancels_is_named() -> None:
+    """The component of the velocity along the second link doesn't depend on the second rate."""
+    problem = ask("planar-2r", "m*dot(x2, v)", units=MASSES)
+    verdict = mark_one(problem, "m*a1*s2*(qd1 + qd2*(1 + c2))")
+    assert find_mistake(verdict) == "term-surplus" and "with qd2" in str(verdict.diagnosis)
+    remark = advise(problem, problem["mine"], read_answer(problem, problem["mine"], "m*a1*c2*(qd1 + 3*qd2)"))
+    assert remark is not None and "contains qd2, but the requested result does not depend on it" in remark.feedback
 
 
 @pytest.mark.parametrize(
