@@ -43,7 +43,7 @@ class AttemptPolicy:
     def select_counting_indices(self, received: Sequence[datetime.datetime]) -> list[int]:
         """Return the indices of the notebooks that count, given the times at which all notebooks were received.
 
-        Of several notebooks received at the same time, the first one counts.
+        Of several notebooks received at the same time, the first one in the sequence counts.
 
         >>> times = [datetime.datetime(2027, 1, 15, 12, minute) for minute in (0, 5, 11, 30)]
         >>> [AttemptPolicy(best_of=best_of).select_counting_indices(times) for best_of in (2, None)]

@@ -28,8 +28,8 @@ class UncertifiedProblem(QdotError):
 
 
 FailureFinder = Callable[[Problem], Sequence[str]]
-"""A function that returns what is wrong with a problem. It is sent to other processes, so it must belong to a
-module."""
+"""A function that returns what is wrong with a problem. It is sent to other processes, so it must be defined at the
+top level of a module."""
 RecordMaker = Callable[[Problem], Record]
 """A function that certifies a problem and returns a record of it, or raises UncertifiedProblem."""
 
@@ -95,7 +95,7 @@ def certify_with(find_failures: FailureFinder, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, find_failures: FailureFinder) -> Problem:
-    """Return a problem if it passes its certificate. Raises QdotError otherwise, because no seed can replace it."""
+    """Return a problem if it passes its certificate. Raises QdotError otherwise, because its id fixes the seed."""
     try:
         certify_with(find_failures, problem)
     except UncertifiedProblem as error:
@@ -113,7 +113,7 @@ def generate_and_certify(
     """
     try:
         problem = generate()
-    except (QdotError, RuntimeError) as error:  # the questions do not apply to this arm
+    except (QdotError, RuntimeError) as error:  # the questions do not apply to this arm, or the derivation failed
         return Reason(error)
     except (OSError, MemoryError):
         raise

@@ -1,4 +1,4 @@
-"""Name the variation of a class's arms: which of their properties may differ from the chapter's arm.
+"""Names of variations: which properties of the students' arms may differ from the chapter's arm.
 
 An axis of variation is one such property, for example the lengths; it is not a joint axis. A step is a set of axes, and
 each step includes the axes of the step before.
@@ -9,7 +9,9 @@ from collections.abc import Sequence
 from qdot.exercises.common.errors import QdotError, make_name_error
 
 VARIATION_AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
-"""The properties that may vary, in the order in which they are sampled. Each family has some (`families.family`)."""
+"""The properties that may vary, in the order in which they are sampled; "senses" are the senses of the joint axes.
+
+Each family has some (`families.family`)."""
 
 VARIATION_STEPS: dict[str, tuple[str, ...]] = {
     "chapter": (),

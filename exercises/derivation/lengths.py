@@ -19,7 +19,7 @@ _MAX_LENGTHS, _LENGTH_TOLERANCE = 8, 1e-9
 """Maximum number of lengths whose sums are checked, and the tolerance (m) below which a sum counts as zero."""
 
 
-def substitute_arm_lengths(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
+def substitute_in_arm(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) -> Chain:
     """Return an arm with values substituted for some of its symbolic lengths (m) and angles (rad)."""
 
     def substitute(name: str, entry: sp.Expr) -> sp.Expr:
@@ -40,7 +40,7 @@ def replace_lengths_by_symbols(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.
     values = {symbol: value for symbol, value in symbolic_arm.values if symbol not in chain.q}
     lengths = {symbol: value for symbol, value in values.items() if _LENGTH.fullmatch(symbol.name)}
     angles = {symbol: value for symbol, value in values.items() if symbol not in lengths}
-    return substitute_arm_lengths(symbolic_arm.chain, angles), lengths
+    return substitute_in_arm(symbolic_arm.chain, angles), lengths
 
 
 def are_unrelated(lengths: Collection[sp.Expr]) -> bool:

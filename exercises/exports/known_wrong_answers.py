@@ -90,22 +90,22 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
 
 
 def make_domain(problem: Problem) -> Domain:
-    """Return the domain of each symbol without a value; lengths with a value are numbers in reference answers."""
+    """Return the domain of the symbols that remain in reference answers; lengths with a value are numbers there."""
     return Domain({name: role for name, role in problem.domain.roles.items() if isinstance(role, str)})
 
 
 def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]) -> Iterator[PredictedAnswer]:
     """Yield the numeric wrong answers that are finite, nonzero and of the correct shape, one for each mistake."""
-    accepted_answers, mistake_names = [correct], set[str]()
+    distinct_answers, mistake_names = [correct], set[str]()
     for prediction in predictions:
         answer = prediction.answer
         if prediction.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
         is_new = all(
-            wrong_formulas.have_different_values(answer, earlier_answer) for earlier_answer in accepted_answers
+            wrong_formulas.have_different_values(answer, earlier_answer) for earlier_answer in distinct_answers
         )
         if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
-            accepted_answers.append(answer)
+            distinct_answers.append(answer)
             mistake_names.add(prediction.mistake.name)
             yield prediction
 
@@ -118,7 +118,7 @@ class _StructureQuestion:
     """A question about a structure: an arm with symbols for all lengths, which many arms share (see `derivation`).
 
     The results for a structure are cached. `content` distinguishes questions of one kind that ask for different
-    results, and custom questions of different assignments with the same name.
+    results, and custom questions that have the same name in different assignments.
     """
 
     chain: Chain
@@ -133,6 +133,7 @@ def _find_numeric_wrong_answers(question: _StructureQuestion) -> tuple[Predicted
     chain, part = question.chain, question.part
     roles = classification.make_domain(chain).roles
     names = {*roles, *(rate.name for rate in chain.rates), *chain.task, *part.symbols}
+    # The first samples have few decimals, so different formulas may have equal values there.
     samples = Domain(roles).sample(names, READABLE_POINTS + SAMPLE_COUNT, Stream(f"known/{question.kind}"))
     stages = compute_numeric_stages(chain, {name: values[READABLE_POINTS:] for name, values in samples.items()})
     return tuple(_select_distinct(compute_answer(stages, part), predict_wrong_answers(stages, part)))
@@ -168,7 +169,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
     reference = part.answer.as_matrix()
     for index, prediction in enumerate(_find_numeric_wrong_answers(question)[:mistake_count]):
         changes = prediction.stages.changes
-        if all(stage == RESULT for stage, _ in changes):
+        if all(stage == RESULT for stage, _ in changes):  # only the finished answer changes
             entries = np.array(reference.tolist(), dtype=object)[..., None]
             for _, change in changes:
                 entries = change(compute_symbolic_stages(problem.chain), entries)
@@ -191,7 +192,7 @@ def compare_entry_by_entry(problem: Problem, answer: sp.Matrix, reference: sp.Ma
 
 
 def parse_entries(problem: Problem, entries: Iterable[sp.Expr]) -> list[Node]:
-    """Return the entries of an answer as trees, for comparisons by the grader's means."""
+    """Return the entries of an answer as trees, for comparison by the grader."""
     roles = make_domain(problem).roles
     return [parse_formula(format_expression(entry), roles) for entry in entries]
 

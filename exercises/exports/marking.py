@@ -26,7 +26,7 @@ MAX_CHARACTERS = 400
 TOO_LONG = "too long to show"
 NO_CREDIT = "0 points."
 FORMULA_WIDTH, MAX_WIDTH_RATIO = 22.0, 1.25
-"""Maximum width of a formula on a sheet, in em; a formula that is wider by at most this ratio is shrunk."""
+"""Maximum width of a formula on a sheet, in em; a formula up to this many times as wide is shrunk to fit."""
 
 
 @dataclass(frozen=True)
@@ -101,8 +101,8 @@ def _state_rule(problem: Problem, part: Part) -> str:
     match answer:
         case reference_answers.ConditionSet():
             return (
-                "Each missing condition and each wrong condition halves the points (all wrong values "
-                "of a joint count as one). A condition with some values missing: "
+                "Each missing condition and each wrong condition halves the points (several wrong "
+                "values of a joint count as one). A condition with some values missing: "
                 f"{_format_partial_points(part, INCOMPLETE_CONDITION_FACTOR)}. No points if more conditions are "
                 "wrong than right."
             )
@@ -140,9 +140,9 @@ def _list_rules_for_entries(problem: Problem, part: Part) -> Iterator[str]:
         points = _format_partial_points(part, Fraction(1, len(counted_entries)))
         yield f"Each of the {len(counted_entries)} {nonzero_word}entries: {points}."
         if nonzero_word:
-            yield "Each zero that is answered with something else deducts as much."
+            yield "Each entry that should be zero but is not deducts as many points."
     if has_varying_entries and not all(is_varying):
-        yield "No points if no right entry depends on the configuration."
+        yield "No points if only constant entries are right."
     sign_words = "the sign is" if is_single else "signs are"
     points = _format_partial_points(part, 1 - SIGN_OR_FACTOR_COST)
     if has_varying_entries:

@@ -22,14 +22,14 @@ from qdot.exercises.writing.typst import escape_typst, to_typst
 STAFF_SHEETS = {"key": "a key", "marking": "a marking sheet"}
 """Kinds of sheets that show answers, each with its name in messages."""
 VERSION_TICKS = 8
-"""Number of columns to tick on the marking sheet of a version, one for each student.
+"""Number of columns to tick on the marking sheet of a version: room for eight students.
 
 The marking sheet of a single student has one column.
 """
 FORMULA_WIDTH_SHARE = 0.8
-"""The share of a page's width that a formula may take if a name is beside it."""
+"""The share of a page's width that a formula may take beside a student's name."""
 END_WEIGHT = 60
-"""The share of the free space on a sheet's last page that stays at its end, relative to the parts' working spaces."""
+"""The weight of the blank space at the end of a sheet's last page, beside those of the working spaces of parts."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ _TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
 def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFile, None, None]:
     """Yield a file for each student or version, and then a file for the class. `file_type` is a key of `_TEMPLATES`.
 
-    For a key, the class's file has all answers by question. For other kinds of sheets, only a PDF is written for the
-    class; it has all sheets. Raises QdotError if typst, which PDF needs, is missing.
+    For a key, the class's file has all answers by question. For other kinds of sheets, only a PDF for the class is
+    written; it contains all sheets. Raises QdotError if typst, which PDF needs, is missing.
     """
     check_sheet(request)
     if file_type == "pdf":

@@ -27,7 +27,7 @@ from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.arithmetic import compile_expressions
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 from qdot.exercises.families import variations
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
@@ -109,7 +109,7 @@ def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Cha
         values = _sample_lengths(chain, rng.substream("lengths"), needs_clean_roots="tool" not in axes)
         if values is None:
             return None
-        chain = substitute_arm_lengths(chain, values)
+        chain = substitute_in_arm(chain, values)
     if "zeros" in axes:
         chain = _shift_zeros(chain, rng.substream("zeros"))
     if "base" in axes:

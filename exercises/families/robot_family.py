@@ -9,7 +9,7 @@ from pathlib import Path
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 from qdot.exercises.families.family import Family
 from qdot.exercises.families.variations import are_distinct, to_metres
 from qdot.exercises.robots.library import ROBOT_FOLDER
@@ -39,4 +39,4 @@ def _sample_lengths(chain: Chain, rng: Stream, ranges: Sequence[LengthRange]) ->
         if are_distinct(lengths):
             break
     values = {item.symbol: to_metres(length) for item, length in zip(ranges, lengths, strict=True)}
-    return substitute_arm_lengths(chain, values)
+    return substitute_in_arm(chain, values)

@@ -11,7 +11,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 
 Centimetres = Sequence[int]
 
@@ -74,7 +74,7 @@ def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centime
 
 def substitute_lengths_in_cm(chain: Chain, lengths: Mapping[str, int]) -> Chain:
     """Return the arm with lengths (cm) substituted for the symbols with these names."""
-    return substitute_arm_lengths(chain, {sp.Symbol(name): to_metres(length) for name, length in lengths.items()})
+    return substitute_in_arm(chain, {sp.Symbol(name): to_metres(length) for name, length in lengths.items()})
 
 
 def shift_zeros(chain: Chain, rng: Stream, ranges: Mapping[int, Sequence[int]]) -> Chain:

@@ -39,7 +39,7 @@ from qdot.exercises.mistakes.base import (
     vary_each_joint_and_all,
     vary_if,
 )
-from qdot.exercises.mistakes.position import find_first_joint_of_run, list_moving_links, make_link_words
+from qdot.exercises.mistakes.position import find_first_joint_of_run, list_nonzero_links, make_link_words
 
 # --- differentiation ---
 
@@ -52,7 +52,7 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for joint in range(chain.n):
-            links = [link for link in list_moving_links(chain) if link >= joint]
+            links = [link for link in list_nonzero_links(chain) if link >= joint]
             for link in links if len(links) >= min_terms else ():
                 words = {"joint": joint + 1, **make_link_words(chain, link)}
                 yield MistakeVariant({"link derivatives": scale_entries((joint, link), factor)}, words=words)
@@ -68,7 +68,7 @@ def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.nda
 
 def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which only the last link contributes to the columns."""
-    links = list_moving_links(chain)
+    links = list_nonzero_links(chain)
     if len(links) > 1:
         yield MistakeVariant({"link derivatives": scale_entries((slice(None), links[:-1]), factor=0)})
 

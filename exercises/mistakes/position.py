@@ -1,8 +1,8 @@
 """Mistakes in the position of the point of interest P, which is the sum of the link vectors from the base to P.
 
-A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the joint
-angles of a run; the relative angle is the last of these angles, which is that of the link's own joint if it is
-revolute. Links and joints are counted from 0. The last link vector leads from the origin of P's frame to P.
+A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the
+angles of the run's revolute joints up to the link's own joint; the relative angle is the last of these angles.
+Links and joints are counted from 0. The last link vector leads from the origin of P's frame to P.
 """
 
 from collections.abc import Callable, Iterator
@@ -41,29 +41,29 @@ def list_earlier_joints(chain: Chain, link: int) -> list[int]:
     return [i for i in run if chain.joints[i].is_revolute][:-1]
 
 
-def _rotate_without(
-    stages: StageResults, frame: int, omitted_joints: list[int], keeps_constants: bool = False
+def _compute_rotation_without(
+    stages: StageResults, frame: int, omitted_joints: list[int], keeps_offsets: bool = False
 ) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_constants`."""
+    """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_offsets`."""
     rotation = stages["base rotation"]
     for i, row in enumerate(stages["table"].rows[:frame]):
-        constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_constants else row.theta * 0
+        constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_offsets else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
         row_rotation = matrix_product(make_rotation_z(stages, theta), make_rotation_x(stages, row.alpha))
         rotation = matrix_product(rotation, row_rotation)
     return rotation
 
 
-def _compute_relative_link(stages: StageResults, link: int, keeps_constants: bool = False) -> np.ndarray:
+def _compute_relative_link(stages: StageResults, link: int, keeps_offsets: bool = False) -> np.ndarray:
     """Return the vector of a link without the angles of the earlier joints of its run."""
     frame = stages.chain.point.frame if link == stages.n else link
     return apply_matrix(
-        _rotate_without(stages, frame, list_earlier_joints(stages.chain, link), keeps_constants),
+        _compute_rotation_without(stages, frame, list_earlier_joints(stages.chain, link), keeps_offsets),
         stages["local link vectors"][link],
     )
 
 
-def list_moving_links(chain: Chain) -> list[int]:
+def list_nonzero_links(chain: Chain) -> list[int]:
     """Return the links between the base and P whose vectors are not zero."""
     is_nonzero = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     is_nonzero.append(not chain.point.is_origin)
@@ -78,14 +78,14 @@ def make_link_words(chain: Chain, link: int) -> dict[str, object]:
     return {"link": chain.point.frame if link == chain.n else link + 1}
 
 
-def _change_links(
+def _vary_each_link(
     change: Callable[[StageResults, LinkVectors, int], np.ndarray],
     applies: Callable[[Chain, int], bool] = lambda chain, link: True,
 ) -> VariantGenerator:
     """Return a function that yields one variant per link that `applies` accepts, with this link's vector changed."""
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        for link in list_moving_links(chain):
+        for link in list_nonzero_links(chain):
             if applies(chain, link):
                 yield MistakeVariant({"link vectors": _change_link(link, change)}, words=make_link_words(chain, link))
 
@@ -98,44 +98,45 @@ def _change_link(link: int, change: Callable[[StageResults, LinkVectors, int], n
 
 def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants in which one link has its relative angle instead of its absolute angle."""
-    for keeps_constants in _list_choices_for_constants(chain):
-        yield from _change_links(
-            lambda stages, _, link, k=keeps_constants: _compute_relative_link(stages, link, k),  # type: ignore[misc]
+    for keeps_offsets in _list_offset_choices(chain):
+        yield from _vary_each_link(
+            lambda stages, _, link, keeps=keeps_offsets: _compute_relative_link(stages, link, keeps),  # type: ignore[misc]
             lambda chain, link: link < chain.n and chain.joints[link].a != 0 and bool(list_earlier_joints(chain, link)),
         )(chain, shape)
 
 
-def _list_choices_for_constants(chain: Chain) -> tuple[bool, ...]:
-    """Return the choices for keeping constants: False, and also True if the table adds a constant to an angle."""
+def _list_offset_choices(chain: Chain) -> tuple[bool, ...]:
+    """Return the choices for keeping joint offsets: False, and also True if a revolute joint has an offset."""
     return (False, True) if any(chain.offsets[i] != 0 for i in chain.revolute_joints) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants in which every frame ignores the earlier joints of its run."""
+    """Yield variants in which all links, or all links and all frames, ignore the earlier joints of their runs."""
 
     def change_rotations(
-        stages: StageResults, correct_rotations: list[np.ndarray], keeps_constants: bool
+        stages: StageResults, correct_rotations: list[np.ndarray], keeps_offsets: bool
     ) -> list[np.ndarray]:
         frames = range(len(correct_rotations))
         return [
-            _rotate_without(stages, k, _list_earlier_joints_of_runs(stages.chain, k), keeps_constants) for k in frames
+            _compute_rotation_without(stages, k, _list_earlier_joints_of_all_runs(stages.chain, k), keeps_offsets)
+            for k in frames
         ]
 
-    def change_links(stages: StageResults, correct_links: LinkVectors, keeps_constants: bool) -> LinkVectors:
-        return [_compute_relative_link(stages, link, keeps_constants) for link in range(len(correct_links))]
+    def change_links(stages: StageResults, correct_links: LinkVectors, keeps_offsets: bool) -> LinkVectors:
+        return [_compute_relative_link(stages, link, keeps_offsets) for link in range(len(correct_links))]
 
     relative_link_count = sum(bool(list_earlier_joints(chain, link)) for link in range(chain.n))
-    for keeps_constants in _list_choices_for_constants(chain):
-        changes: dict[str, Change] = {"link vectors": partial(change_links, keeps_constants=keeps_constants)}
+    for keeps_offsets in _list_offset_choices(chain):
+        changes: dict[str, Change] = {"link vectors": partial(change_links, keeps_offsets=keeps_offsets)}
         if relative_link_count > 1:
             yield MistakeVariant(changes, words={"link": "each"})
         if relative_link_count:
-            changes = {"rotations": partial(change_rotations, keeps_constants=keeps_constants), **changes}
+            changes = {"rotations": partial(change_rotations, keeps_offsets=keeps_offsets), **changes}
             yield MistakeVariant(changes, words={"link": "each"})
 
 
-def _list_earlier_joints_of_runs(chain: Chain, frame: int) -> list[int]:
-    """Return the revolute joints before a frame that are not the last joint of their run."""
+def _list_earlier_joints_of_all_runs(chain: Chain, frame: int) -> list[int]:
+    """Return all revolute joints before a frame, except the last one of each run."""
     revolute_joints = [i for i in chain.revolute_joints if i < frame]
     return [
         i for i in revolute_joints if any(j > i and find_first_joint_of_run(chain, j) <= i for j in revolute_joints)
@@ -163,7 +164,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
     def swap(stages: StageResults, links: LinkVectors) -> LinkVectors:
         return [_swap_coordinates(stages, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
 
-    rotated_links = [link for link in list_moving_links(chain) if _has_angle(chain, link)]
+    rotated_links = [link for link in list_nonzero_links(chain) if _has_angle(chain, link)]
     if len(rotated_links) > 1:
         yield MistakeVariant({"link vectors": swap})
 
@@ -184,17 +185,17 @@ def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVar
 VARIANTS: dict[str, VariantGenerator] = {
     "relative-angle": _use_relative_angle,
     "all-relative-angles": _use_relative_angles,
-    "sine-for-cosine": _change_links(_swap_coordinates, _has_angle),
+    "sine-for-cosine": _vary_each_link(_swap_coordinates, _has_angle),
     "all-sines-for-cosines": _swap_all_coordinates,
-    "link-subtracted": _change_links(lambda stages, links, link: -links[link]),
-    "link-left-out": _change_links(
-        lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_moving_links(chain)) > 1
+    "link-subtracted": _vary_each_link(lambda stages, links, link: -links[link]),
+    "link-left-out": _vary_each_link(
+        lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_nonzero_links(chain)) > 1
     ),
-    "link-not-rotated": _change_links(
+    "link-not-rotated": _vary_each_link(
         lambda stages, links, link: stages["local link vectors"][link], lambda chain, link: link > 0
     ),
     "links-not-rotated": vary_if(
-        lambda chain: sum(k > 0 for k in list_moving_links(chain)) > 1,
+        lambda chain: sum(k > 0 for k in list_nonzero_links(chain)) > 1,
         {"link vectors": lambda stages, _: stages["local link vectors"]},
         words={"link": "each"},
     ),

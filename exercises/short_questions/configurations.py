@@ -13,7 +13,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.base import AnswerAndDetails
 from qdot.exercises.questions.exact_configurations import (
@@ -52,7 +52,7 @@ ConfigurationAndBlame = tuple[ExactConfiguration, Blame | None]
 def _assign_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
     """Return the arm with a random number for each symbolic length of its table, and these numbers."""
     lengths = sample_unequal_lengths(chain, rng)
-    return substitute_arm_lengths(chain, lengths), lengths
+    return substitute_in_arm(chain, lengths), lengths
 
 
 @lru_cache(maxsize=256)
@@ -212,7 +212,7 @@ def find_options_to_draw(chain: Chain, part: Part) -> tuple[Chain, list[dict[str
         return None
     details = part.details_as(ConfigurationOptions)
     poses = [configuration.figure_values for configuration in details.offered_configurations]
-    return substitute_arm_lengths(chain, details.lengths), poses
+    return substitute_in_arm(chain, details.lengths), poses
 
 
 SINGULAR_CONFIGURATIONS = ShortQuestion(

@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.exact_configurations import ConfigurationDetails
@@ -114,7 +114,7 @@ def _check_configurations(model: NumericModel, part: Part) -> Checks:
     is_correct = singular_indices == tuple(part.answer.correct_indices)
     yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
     yield _check_texts_differ(part.answer.offered_options)
-    arm = substitute_arm_lengths(model.chain, details.lengths)
+    arm = substitute_in_arm(model.chain, details.lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
 
 

@@ -13,7 +13,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 from qdot.exercises.figure.arm_figure import Example, draw_examples_svg
 from qdot.exercises.formula.equality import Counterexample, SetDifference
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -76,7 +76,7 @@ def _pose_arm(chain: Chain, caption: str, values: Mapping[str, float]) -> Exampl
     configuration = {q.name: values.get(q.name, DEFAULT_JOINT_VALUES[joint.kind]) for q, joint in joints}
     if not all(map(math.isfinite, configuration.values())) or any(length <= 0 for length in lengths.values()):
         return None
-    return Example(caption, substitute_arm_lengths(chain, lengths), configuration)
+    return Example(caption, substitute_in_arm(chain, lengths), configuration)
 
 
 def _mark_answer_point(problem: Problem, part: Part, symbol_values: Mapping[str, float], answer: str) -> Example | None:

@@ -13,10 +13,10 @@ from qdot.grader.serve.rates import check_rate
 
 SIGN_IN_ADVICE = "You are not signed in. Open your personal link, or open the assignment on your learning platform."
 STAFF_PREFIX = "staff:"
-"""The beginning of the identifier of a member of staff who comes by a personal link; no student's has a colon."""
+"""The beginning of the identifiers of staff who come by personal links. No student's identifier contains a colon."""
 
 WRONG_LINKS_PER_MINUTE, SIGN_INS_PER_MINUTE = 60, 30
-"""Maximum number of wrong links for each network address, which a class may share, and of sign-ins for each person."""
+"""Maximum per minute: wrong links from one network address, which a class may share; and sign-ins of one person."""
 
 View = Callable[..., HttpResponse]
 
@@ -31,7 +31,8 @@ def sign_in(request: HttpRequest, person: Person) -> None:
 def find_person(request: HttpRequest) -> Person:
     """Return the person who uses this browser. Raises Refused.
 
-    The header X-Person reveals that another person opened the page, for example in another tab.
+    The header X-Person names the person for whom the page was loaded. It differs if somebody else has signed in since,
+    for example in another tab.
     """
     people = Person.objects.select_related("classroom").filter(is_active=True, classroom__is_connected=True)
     number, version = request.session.get("person", 0), request.session.get("version", 0)
@@ -65,7 +66,7 @@ for_everybody = allow(Person.Role.STAFF, Person.Role.STUDENT)
 
 def enter(request: HttpRequest, token: str) -> HttpResponse:
     """Sign in the person with this personal link."""
-    _check_opened(request)
+    _refuse_if_embedded(request)
     person = Person.objects.filter(link_digest=compute_digest(token), is_active=True).first()
     if person is None:
         check_rate("wrong link", request.META.get("REMOTE_ADDR", ""), WRONG_LINKS_PER_MINUTE)
@@ -75,7 +76,7 @@ def enter(request: HttpRequest, token: str) -> HttpResponse:
     return HttpResponseRedirect("/")
 
 
-def _check_opened(request: HttpRequest) -> None:
+def _refuse_if_embedded(request: HttpRequest) -> None:
     """Raise Refused if a page has embedded this address, for example as an image, to sign people in or out."""
     if request.headers.get("Sec-Fetch-Dest", "document") != "document":
         raise Refused(403, "Open this link in a tab of its own.")
@@ -83,7 +84,7 @@ def _check_opened(request: HttpRequest) -> None:
 
 def leave(request: HttpRequest) -> HttpResponse:
     """Sign the person out in this browser."""
-    _check_opened(request)
+    _refuse_if_embedded(request)
     request.session.flush()
     return HttpResponseRedirect("/")
 

@@ -49,7 +49,7 @@ def list_members(path: Path) -> dict[str, int]:
         if zipfile.is_zipfile(path):
             sizes = _list_zip(path)
         else:
-            sizes = {info.name: info.size for info, _ in _list_tar(path) if info.isfile()}
+            sizes = {info.name: info.size for info, _ in _iterate_tar(path) if info.isfile()}
     except ARCHIVE_ERRORS:
         raise Unreadable(f"qdot can't open the archive {label}, because it is damaged; {NOTEBOOK_ADVICE}") from None
     if "[Content_Types].xml" in sizes or "mimetype" in sizes:
@@ -75,7 +75,7 @@ def _read_content(path: Path, name: str) -> bytes:
     if zipfile.is_zipfile(path):
         with zipfile.ZipFile(path) as archive, archive.open(name) as file:
             return file.read(MAX_FILE_BYTES + 1)
-    for info, tar in _list_tar(path):
+    for info, tar in _iterate_tar(path):
         if info.name == name and (content := tar.extractfile(info)) is not None:
             return content.read(MAX_FILE_BYTES + 1)
     raise KeyError(name)
@@ -84,8 +84,8 @@ def _read_content(path: Path, name: str) -> bytes:
 def _list_zip(path: Path) -> dict[str, int]:
     """Return the sizes of the files in a zip, by name. Raises OverLimit if there are too many files.
 
-    Parsing a very long list of files would take too much memory, so the length of the list is checked first. The record
-    at the end of a zip, which has at most 65,557 bytes, contains this length in bytes.
+    Parsing a very long list of files would take too much memory, so the length of the list is checked first. A zip ends
+    with a record of at most 65,557 bytes, which contains this length in bytes.
     """
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
@@ -109,7 +109,7 @@ def _make_file_count_error(path: Path) -> OverLimit:
     return OverLimit(f"{make_printable(path.name)} contains more than {MAX_FILES} files; {NOTEBOOK_ADVICE}")
 
 
-def _list_tar(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
+def _iterate_tar(path: Path) -> Iterator[tuple[tarfile.TarInfo, tarfile.TarFile]]:
     """Yield each entry of a tar archive, which may be compressed, and the open archive. Raises OverLimit."""
     with path.open("rb") as file:
         is_compressed = file.peek(2).startswith(b"\x1f\x8b")
@@ -174,7 +174,7 @@ def _find_safe_path(name: str) -> PurePosixPath | None:
     path = PurePosixPath(name.replace("\\", "/"))
     if path.is_absolute() or ".." in path.parts or not path.parts or "\0" in name:
         return None
-    # File systems allow names of 255 bytes.
+    # File systems allow names of 255 bytes; NFC can make a name a little longer.
     parts = [part if len(part.encode()) <= 240 else part.encode()[:240].decode(errors="ignore") for part in path.parts]
     return PurePosixPath(*(unicodedata.normalize("NFC", part) for part in parts))
 

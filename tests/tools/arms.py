@@ -28,7 +28,7 @@ from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.derivation.lengths import substitute_arm_lengths
+from qdot.exercises.derivation.lengths import substitute_in_arm
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
@@ -205,7 +205,7 @@ def _find_false_descriptions(
         length, value = map(_parse, special["lengths"].split(" = "))
         for part in special["singular"]:
             kind = Classification(part["type"] or "", bool(part["uniform"]), part["meaning"] or "")
-            special_chain = substitute_arm_lengths(chain, {length: value})
+            special_chain = substitute_in_arm(chain, {length: value})
             for statement in _find_false_looks(special_chain, [_parse(text) for text in part["conditions"]], kind):
                 yield f"for {special['lengths']}: {statement}"
 

@@ -13,7 +13,7 @@ from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import make_symbolic_arm
-from qdot.exercises.derivation.lengths import are_unrelated, replace_lengths_by_symbols, substitute_arm_lengths
+from qdot.exercises.derivation.lengths import are_unrelated, replace_lengths_by_symbols, substitute_in_arm
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.singularities import reason
@@ -301,7 +301,7 @@ def test_a_turn_about_the_first_axis_changes_nothing_where_the_rows_turn_into_ea
 
 def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) -> None:
     general, lengths = replace_lengths_by_symbols(problem.chain)
-    again = substitute_arm_lengths(general, lengths)
+    again = substitute_in_arm(general, lengths)
     assert again.parameters == problem.chain.parameters
     values = {symbol.name: 0.3 + 0.1 * k for k, symbol in enumerate(again.parameters)}
     q = np.array([0.4 - 0.3 * k for k in range(again.n)])
