@@ -258,7 +258,9 @@ def test_the_workbook_is_valid_for_openpyxl(make: Make) -> None:
     assert data == make_workbook(assignment, results)
     book = openpyxl.load_workbook(io.BytesIO(data))
     rows = [[cell.value for cell in row] for row in book["Grades"].iter_rows()]
-    header = next(csv.reader(io.StringIO(make_grades_csv(results, assignment.roster))))
+    table = make_grades_csv(results, assignment.roster)
+    assert "Emmy\\u202e" in table
+    header = next(csv.reader(io.StringIO(table)))
     assert rows[0] == header
     ada, paul, emmy = ({**dict(zip(header, row, strict=True))} for row in rows[1:])
     assert (ada["name"], ada["score"], ada["p1.jacobian"]) == ("=HYPERLINK(1)", 2.6667, 1)

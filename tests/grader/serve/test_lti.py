@@ -606,6 +606,8 @@ def test_scores_arrive_at_once_and_again_when_they_change(course: Platform) -> N
     _set_points("ada", 2)
     _set_points("ada", 2)
     _work_off(1.1)
+    assert course.list_points() == [("ada", 3), ("ada", 2)]
+    _set_points("ada", 2)
     _work_off(3600)
     assert course.list_points() == [("ada", 3), ("ada", 2)]
 
