@@ -145,8 +145,15 @@ for (const locale of ["en-GB", "de-DE"])
         await page.locator(".arm-map .arm-legend").waitFor();
         await drawn(page);
         assert.deepEqual(await scrolled(), [], path);
-        const { height } = await page.locator(".arm-scene").boundingBox();
-        assert.ok(height > 900 / 3, `${path}: the arm has ${height} pixels`);
+        const height = async () => (await page.locator(".arm-scene").boundingBox()).height;
+        assert.ok((await height()) > 900 / 3, `${path}: the arm has ${await height()} pixels`);
+        for (const angle of await page.locator('.arm-side input[type="number"]').all()) {
+          await angle.fill("0");
+          await angle.press("Enter");
+        }
+        await page.waitForTimeout(1000); // until the kind of a singularity is shown
+        assert.deepEqual(await scrolled(), [], `${path}, stretched`);
+        assert.ok((await height()) > 900 / 3, `${path}, stretched: the arm has ${await height()} pixels`);
         await page.locator(".arm-tabs button").nth(1).click(); // the path
         await drawn(page);
         assert.deepEqual(await scrolled(), [], `${path}, its path`);
