@@ -140,6 +140,16 @@ def test_counterexample_has_readable_values() -> None:
     assert (certificate.method, certificate.bound) == ("exact", 0.0)
 
 
+def test_each_entry_is_judged_by_itself() -> None:
+    """Two entries are compared in numbers, because of their roots, and two exactly."""
+    typed, due = ["sqrt(a1*a2)", "a2", "sqrt(a1 + 2)", "a1"], ["sqrt(a1)*sqrt(a2)", "a2", "sqrt(a1 + 1)", "a2"]
+    student, reference = ([parse_formula(text) for text in texts] for texts in (typed, due))
+    comparison = compare_entries(student, reference, Domain({"a1": "length", "a2": "length"}), "seed")
+    assert comparison.is_correct == (True, True, False, False)
+    assert isinstance(comparison.certificate.counterexample, EntryDifference)
+    assert comparison.certificate.counterexample.entry == 2
+
+
 def test_long_cancelling_answer_does_not_stall_the_comparison() -> None:
     """A long answer with branches whose terms nearly cancel would need many digits at every point."""
     trigs = "".join(
