@@ -16,7 +16,7 @@ import numpy as np
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.derivation.graph import RESULT, StageResults
 from qdot.exercises.mistakes.base import FormulaVariantGenerator, MistakeVariant
-from qdot.exercises.mistakes.formula_edits import find_stem
+from qdot.exercises.mistakes.formula_edits import find_stem, is_length
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.custom import CustomDetails
 from qdot.exercises.questions.language import AXES, find_names, parse
@@ -295,8 +295,11 @@ def _list_components(chain: Chain, part: Part) -> list[str]:
 
 
 def _exchange_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the formula with two similar symbols exchanged, such as fx and fy, a1 and a2, or two masses."""
-    units = {name: unit for name, unit in _list_units(chain, part).items() if unit != "rad"}
+    """Yield the formula with two similar symbols exchanged, such as fx and fy, or two masses.
+
+    Lengths, which are numbers in the tables of some arms, are exchanged in the table.
+    """
+    units = {name: unit for name, unit in _list_units(chain, part).items() if unit != "rad" and not is_length(name)}
     for one, other in combinations(units, 2):
         if find_stem(one) == find_stem(other) and units[one] == units[other]:
             yield _make_variant(part, _substitute(formula, {one: other, other: one}), one=one, other=other)
