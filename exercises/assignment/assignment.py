@@ -95,7 +95,7 @@ class ProblemEntry(pydantic.BaseModel):
     variation: str | list[str] | None = None
     """Overrides the assignment's `variation` for this problem."""
     convention: str | None = None
-    """Overrides the assignment's `convention` for this problem. Without either, the file of your own arm sets it."""
+    """Overrides the assignment's `convention` for this problem. If neither is set, the file of your own arm decides."""
     twist_order: str | None = None
     """Overrides the assignment's `twist_order` for this problem."""
     decimals: int | str | dict[str, int | str] | None = None
@@ -146,7 +146,7 @@ class AssignmentFile(pydantic.BaseModel):
     question: dict[str, Any] = {}
     """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
-    """One table for each problem, in students' order. The first is p1, with parts such as p1.position, and so on."""
+    """One table for each problem, in the order of the notebook. The first is p1, with parts such as p1.position."""
 
 
 IDENTIFIER_RULE = (

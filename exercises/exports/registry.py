@@ -40,7 +40,7 @@ EXPORT_FORMATS = {
             explain_missing=explain_missing_scripts),
         ExportFormat("html", "Handouts, exams and keys as web pages", "any browser", "student",
             partial(export_paper, file_type="html"), check=check_sheet),
-        ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, also one for the whole class", "any PDF reader",
+        ExportFormat("pdf", "Handouts, exams and keys as PDF/UA-1, for each student or for the class", "any PDF reader",
             "student", partial(export_paper, file_type="pdf"), check=check_sheet,
             explain_missing=partial(explain_missing, "pdf", "PDF")),
         ExportFormat("latex", "Handouts, exams and keys as LaTeX source", "LaTeX with TikZ", "student",

@@ -1,7 +1,7 @@
 """Mistakes in reading the DH table, the base and the point of interest.
 
-All derivations start from the standard table. If students see a modified table, a mistake in its row i is made in the
-standard rows that have the same entries: a and alpha of a modified row are in the previous standard row or in the base.
+All derivations start from the standard table. A mistake in row i of a modified table changes the
+same entries where the standard table has them: a and alpha are in the previous standard row, or in the base.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -21,7 +21,7 @@ A piece is a value of a joint, or conditions that hold simultaneously.
 
 CREDIT_ERROR = (
     'expected a rule for partly correct answers: "columns" or "entries" of a matrix, "whole" for no partial '
-    "credit, a factor from 0 to 1 for the usual partial credit, or a table of these by question, as in "
+    "credit, a factor from 0 to 1 that multiplies the usual partial credit, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
 )
 """The error message for a value of `credit` that is not allowed."""

@@ -48,7 +48,7 @@ Checks = Iterator[Check]
 
 
 class NumericModel:
-    """The arm of a problem in numbers, at random samples.
+    """A numeric model of a problem's arm, evaluated at random samples.
 
     A sample is a choice of values for the symbolic lengths and a configuration. The first axis of every array runs over
     the samples:
@@ -161,7 +161,7 @@ class NumericModel:
     def sample_on_condition(self, condition: sp.Expr, arm_count: int, samples_per_arm: int) -> tuple[Sample, ...]:
         """Return configurations at which a condition is zero, `samples_per_arm` of them for each choice of lengths.
 
-        More choices of lengths are tried if the condition has real roots for few lengths only.
+        More choices of lengths are tried if the condition has real roots only for a few of them.
         """
         attempts = (
             sample_condition(self.chain, f"{condition} = 0", f"verify/{self.problem.id}", arms, samples_per_arm)
@@ -201,10 +201,9 @@ def choose_random_lengths(chain: Chain, rng: Stream) -> dict[str, float]:
 
 
 def sample_distinct_lengths(chain: Chain, sample: Callable[[], dict[str, float]]) -> dict[str, float]:
-    """Return the symbolic lengths from the first of several samples in which no two or three lengths nearly cancel.
+    """Sample symbolic lengths until no two or three lengths of the arm nearly cancel, and return them.
 
-    The lengths that are numbers in the table count, too. Lengths that cancel would make a special arm. If every attempt
-    fails, the last sample is returned.
+    Lengths that cancel would make a special arm. If every attempt fails, the last sample is returned.
     """
     roles = make_domain(chain).roles
     entries = [joint.a for joint in chain.joints] + [joint.d for joint in chain.joints if joint.is_revolute]

@@ -1,4 +1,4 @@
-"""Check short questions, such as choices: only the correct options may be true of the arm in numbers.
+"""Check short questions, such as choices: only the correct options may hold in numbers.
 
 An option that is a formula is checked like the reference answer to the full question, such as "jacobian". No two
 options may be the same.
@@ -33,7 +33,7 @@ from qdot.exercises.verify.screws import CHECKS as SCREW_CHECKS
 from qdot.exercises.verify.singular import CHECKS as SET_CHECKS
 
 BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULA_CHECKS, **SCREW_CHECKS}
-"""Maps the kind of each full question whose answers are offered as options to its check."""
+"""The check of each kind of full question. Choices offer the answers to these questions as options."""
 
 JOINT_STEP = 0.7
 """The amount by which a joint is moved, in rad or m."""
@@ -74,7 +74,7 @@ def _check_one_correct(model: NumericModel, part: Part, parts_with_option: Seque
         for index, option_part in enumerate(parts_with_option)
         if all(result.passed for result in check(model, option_part))
     ]
-    detail = f"options that pass, from 0: {', '.join(map(str, passing_indices)) or 'none'}"
+    detail = f"options that pass (numbered from 0): {', '.join(map(str, passing_indices)) or 'none'}"
     return Check("one right option", passing_indices == [part.answer_as(Choice).correct], detail)
 
 
@@ -82,7 +82,7 @@ def _check_values_differ(model: NumericModel, options: Sequence[sp.Matrix]) -> C
     values = [model.evaluate_printed_formulas(option).reshape(model.sample_count, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > MIN_DIFFERENCE * (np.abs(a).max() + np.abs(b).max()):
-            return Check("different options", False, f"options {i} and {j}, from 0, are the same")
+            return Check("different options", False, f"options {i} and {j} (numbered from 0) are the same")
     return Check("different options", all(np.isfinite(value).all() for value in values), "no two have the same values")
 
 
@@ -112,7 +112,7 @@ def _check_configurations(model: NumericModel, part: Part) -> Checks:
     rank_text = ", ".join(str(numeric_rank.rank) for numeric_rank in numeric_ranks)
     yield Check("clear", all(numeric_rank.is_clear for numeric_rank in numeric_ranks), f"ranks {rank_text}")
     is_correct = singular_indices == tuple(part.answer.correct_indices)
-    yield Check("singular ones", is_correct, f"of rank less than {full_rank}, from 0: {singular_indices}")
+    yield Check("singular ones", is_correct, f"of rank less than {full_rank} (numbered from 0): {singular_indices}")
     yield _check_texts_differ(part.answer.offered_options)
     arm = substitute_in_arm(model.chain, details.lengths)
     yield Check("lengths", not arm.parameters, "every length has a number")
@@ -147,8 +147,10 @@ def _check_equal_forms(model: NumericModel, part: Part) -> Checks:
         if check_agreement("", values, expected[:, :, None], EXACT_TOLERANCE).passed:
             equal_indices.append(index)
         elif np.abs(values[:, :, 0] - expected).max() <= MIN_DIFFERENCE * np.abs(expected).max():
-            yield Check("clearly different", False, f"option {index}, from 0, is near the right value")
-    yield Check("right options", tuple(equal_indices) == answer.correct, f"equal in value, from 0: {equal_indices}")
+            yield Check("clearly different", False, f"option {index} (numbered from 0) is near the right value")
+    yield Check(
+        "right options", tuple(equal_indices) == answer.correct, f"equal in value (numbered from 0): {equal_indices}"
+    )
     yield Check("different options", len(set(answer.options)) == len(answer.options), "no two are written the same")
 
 
@@ -158,7 +160,7 @@ def _check_dependence(model: NumericModel, part: Part) -> Checks:
     values = _compute_quantity(model, quantity)
     changes = [np.abs(_compute_quantity(model, quantity, joint) - values).max() for joint in range(model.chain.n)]
     influential_joints = tuple(joint for joint, change in enumerate(changes) if change > EXACT_TOLERANCE)
-    detail = f"it changes with joints, from 0: {influential_joints}"
+    detail = f"it changes with joints (numbered from 0): {influential_joints}"
     yield Check("moving one joint", influential_joints == answer.correct, detail)
 
 
@@ -177,7 +179,9 @@ def _check_columns(model: NumericModel, part: Part) -> Checks:
         is_equal = [check_agreement("", value, column, EXACT_TOLERANCE).passed for value in option_values]
         matching_options.append(is_equal.index(True) if sum(is_equal) == 1 else -1)
     yield Check(
-        "columns", tuple(matching_options) == answer.correct, f"options of the joints, from 0: {matching_options}"
+        "columns",
+        tuple(matching_options) == answer.correct,
+        f"options of the joints (numbered from 0): {matching_options}",
     )
     yield _check_values_differ(model, [sp.Matrix(option.content) for option in options])
 

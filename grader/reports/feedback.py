@@ -52,8 +52,8 @@ CELL_STOP_OUTCOMES = (
 NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit the notebook in which you worked?"
 ADVICE_BY_STATUS = {
     "missing": "If you did submit your notebook, tell your instructor.",
-    "unusable": "Check the file that you submitted. If you can still submit, submit the right notebook. "
-    "Otherwise, tell your instructor.",
+    "unusable": "Check the file that you submitted. If you can still submit, open this assignment's notebook in "
+    "Jupyter, save it, and submit that file. Otherwise, tell your instructor.",
 }
 """What a student can do if there was no notebook to grade, by the status of the work (`find_work_status`)."""
 MAX_PARTS_WITHOUT_OVERVIEW = 6
@@ -297,15 +297,13 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
     if not bound:
         return f"qdot compared your answer with the solution at {count_noun(points, 'configuration')}."
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
-    error, comparison = "A wrong answer", "your formula with the solution in exact arithmetic"
+    comparison = "evaluated your formula and the solution at random values in exact arithmetic"
+    error = "A wrong answer"
     if certificate.method != "exact":
         share = f"{1 - bound ** (1 / points):.0%}".replace("50%", "half")
-        error = f"If an answer is wrong for at least {share} of all configurations, it"
-        comparison = f"your answer with the solution at {points} random configurations"
+        comparison = f"compared your answer with the solution at {points} random configurations"
+        error = f"An answer that is wrong for at least {share} of all configurations"
         if part.answer.is_set:
-            error = f"If at least {share} of a condition's configurations are not in the solution, the condition"
-            comparison = (
-                "your conditions with the solution: it tested each condition at "
-                f"{points} random configurations that satisfy it"
-            )
-    return f"qdot compared {comparison}. {error} passes this check with a probability below 1 in 10{power}."
+            comparison = f"tested each of your conditions at {points} random configurations that satisfy it"
+            error = f"A condition that is wrong for at least {share} of its configurations"
+    return f"qdot {comparison}. {error} would pass this check with a probability below 1 in 10{power}."

@@ -28,7 +28,7 @@ class Promise:
     """What qdot promises about a notebook.
 
     `text` completes the sentence "a notebook …". `measures` are the names of the measures that keep the promise, as in
-    `MEASURES`; with "watch", Python's audit hook watches what the promise forbids.
+    `MEASURES`. If "watch" is one of them, Python's audit hook reports what the promise forbids.
     """
 
     text: str
@@ -46,7 +46,7 @@ PROMISES = {
         "can't start programs or reach other processes; its own processes end with it",
         ("seccomp", "namespaces", "limits", "watch")),
     "memory": Promise("can't use more memory than its limit", ("limits", "seccomp", "namespaces")),
-    "time": Promise("can't use more processor time than its limit, and is then killed", ("limits",)),
+    "time": Promise("is killed when it has used its processor time", ("limits",)),
     "privileges": Promise("has no root privileges and can't gain any", ("privileges", "seccomp", "user")),
 }  # fmt: skip
 """What qdot promises about a notebook, by the name of the guarantee."""
@@ -76,10 +76,7 @@ MEASURES = {
     "quota": Measure("count of written bytes", ""),
     "watch": Measure("audit hook", ""),
 }
-"""The measures by name: rules on files; a filter of system calls; namespaces with a private root; a user other than
-root; no privileges, and no way to gain any; limits on resources; a count of the bytes written, needed without a private
-root; the audit hook.
-"""
+"""The measures by name. A machine without namespaces, which give each notebook a private root, needs the quota."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,8 @@ class Guarantee:
     """How this machine keeps the promise in `PROMISES` with this `name`; `promise` is its text.
 
     `by` is one of the values above, such as `ENFORCED_BY_KERNEL`. `means` are the titles of the measures that this
-    machine has. `achieved` lists what the probe achieved against the guarantee. `qdot doctor --json` shows these names.
+    machine has. `achieved` lists what the probe achieved against the guarantee. `qdot doctor --json` uses these names
+    of fields.
     """
 
     name: str
@@ -113,7 +111,7 @@ class Findings:
 def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Findings:
     """Try to break out of a sandbox on this machine, and return the findings. Raises QdotError if no sandbox works.
 
-    A full probe computes for a second, until it is stopped for its processor time; a quick probe does not. Tests
+    A full probe computes for a second, until it exceeds its processor time and is killed; a quick probe does not. Tests
     switch off `disabled_measures`.
     """
     if not hasattr(os, "fork"):

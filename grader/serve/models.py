@@ -22,9 +22,9 @@ def get_current_second() -> datetime.datetime:
 class Classroom(models.Model):
     """The people of one course. `lti_context` is the course on its learning platform; None for personal links.
 
-    A course that isn't connected may not use the service: the first course of a platform is connected when a teacher
-    opens the tool there; further ones by the command line. `list_due` is when its class list is to be read from the
-    platform again.
+    A course that isn't connected may not use the service. The first course of a platform is connected when a teacher
+    opens the tool there; connect further courses on the command line. `list_due` is the time at which qdot next reads
+    the class list from the platform.
     """
 
     title = models.CharField(max_length=500, blank=True)
@@ -83,13 +83,13 @@ class Submission(models.Model):
     """What a student submitted with one press of a button: one typed answer, or a notebook.
 
     `request_id` is chosen by the browser, so that a request that arrives twice is stored once. For typed answers,
-    `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then,
-    so that the row holds all of the student's work, as a notebook does; `changed_part` is the part that was submitted.
-    `marks` is a NotebookMarks (grader/grading/result.py) as JSON, and `shown` what the student's page shows of them, by
-    part (see `judge_process.ShownPart`); both are None until it is marked. `remarked` has both after a second marking
-    that the staff has yet to accept, and is {} while that marking is pending. `points` is their sum before late
-    penalties, and `obstacle` why it couldn't be graded. `received` is in whole seconds, like the time of a file that
-    `qdot grade` reads.
+    `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then:
+    like a notebook, the row has all of the student's work. `changed_part` is the part that was submitted. `marks` is a
+    NotebookMarks (grader/grading/result.py) as JSON; `shown` maps each part to what the student sees of its marks
+    (`judge_process.ShownPart`); both are None until the work is marked. `remarked` has new marks until the staff
+    accepts them; it is {} while the work is being marked again. `points` is the sum of the marks before late penalties.
+    `obstacle` is the reason why the work couldn't be graded. `received` is in whole seconds, like the time of a file
+    that `qdot grade` reads.
     """
 
     class State(models.TextChoices):
@@ -117,7 +117,7 @@ class Submission(models.Model):
         ordering = ["received", "id"]
 
     def set_marks(self, marks: dict[str, Any], shown: dict[str, Any]) -> None:
-        """Store the marks, and what lists show of them."""
+        """Store the marks, and what the student and the staff see of them."""
         all_points = [part["points"] for problem in marks["problems"] for part in problem["parts"]]
         self.marks, self.shown, self.remarked, self.state = marks, shown, None, self.State.MARKED
         self.points = None if None in all_points else round(sum(all_points), 4)
@@ -164,7 +164,9 @@ class PointsOverride(models.Model):
 
 
 class ScoreDelivery(models.Model):
-    """The score that a platform's gradebook should show for a student: written with the marks, sent until it arrives.
+    """The score that a platform's gradebook should show for a student. It is stored with the marks.
+
+    qdot sends it until the platform confirms it.
 
     One row per student and column of the gradebook. `next_try` is None once the platform has confirmed the score,
     or if it refuses the score; then `last_error` says why.

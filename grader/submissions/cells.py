@@ -165,7 +165,7 @@ def _parse_content(name: str, label: str, data: bytes) -> Content:
     if suffix in SCRIPT_ENDINGS or (suffix == ".txt" and re.search(r"(?m)^p\d+_\w+ *=", text)):
         return _make_text_content(_split_script(text), "a Python script")
     if suffix in (".ipynb", ".json"):
-        raise Unreadable(f"{label} is not a Jupyter notebook, or it is incomplete (line 1)")
+        raise Unreadable(f"{label} is not a Jupyter notebook, or it is incomplete (an error in line 1 of the file)")
     raise Unreadable(f"{label} is not a notebook; {NOTEBOOK_ADVICE}")
 
 
@@ -200,7 +200,7 @@ def _parse_notebook(label: str, text: str) -> Content:
         cause = ""
         if re.search(r"(?m)^(<{7} .*|={7}|>{7} .*)$", text):
             cause = ", because it contains conflict markers of Git; finish the merge and submit it again"
-        problem = f"is not a Jupyter notebook, or it is incomplete (line {error.lineno})"
+        problem = f"is not a Jupyter notebook, or it is incomplete (an error in line {error.lineno} of the file)"
         raise Unreadable(f"{label} {problem}{cause}") from None
     except RecursionError:
         raise Unreadable(f"{label} is not a Jupyter notebook: it is nested too deeply") from None

@@ -59,7 +59,9 @@ def run(software: Path, work: Path) -> Record:
             _check_results(QdotGrading(assignment, student.id, notebook), results, counts)
     stranger = container.grade(Student("eve", "Eve", "eve@example.org"), text)
     counts.add("no mark for strangers", stranger is None, f"{stranger}")
-    return Record("gradescope", f"Gradescope's folders and calls in {container.name}", today(), counts.freeze())
+    return Record(
+        "gradescope", f"Gradescope's folder layout and commands in {container.name}", today(), counts.freeze()
+    )
 
 
 # --- the harness ---

@@ -44,7 +44,7 @@ family = "planar-2r"
 questions = ["position"]
 """
 STUDENTS = [f"s{i:02d}" for i in range(8)]
-TRUNCATED_MESSAGE = "s03: hw.ipynb is not a Jupyter notebook, or it is incomplete (line 7)\n"
+TRUNCATED_MESSAGE = "s03: hw.ipynb is not a Jupyter notebook, or it is incomplete (an error in line 7 of the file)\n"
 """The messages of an undisturbed run."""
 REPORTS = ("results.jsonl", "grades.csv")
 

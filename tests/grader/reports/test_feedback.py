@@ -296,7 +296,7 @@ def test_the_page_reveals_no_answer_and_no_problem_id(assignment: Assignment, mi
     ("obstacle", "is_submitted", "advice"),
     [
         ("nothing was submitted", False, "If you did submit your notebook, tell"),
-        ("hw.ipynb is not a Jupyter notebook & <more>", True, "submit the right notebook"),
+        ("hw.ipynb is not a Jupyter notebook & <more>", True, "save it, and submit that file"),
     ],
 )
 def test_the_page_without_a_notebook_shows_why_and_what_to_do(

@@ -372,7 +372,7 @@ CASES: dict[str, Case] = {
     "tiny values": expect_over_limit(lambda _: '{"cells": [' + "[]," * 6_100_000 + "[]]}", "too much"),
     "a key that is not known": expect(with_keys(big=[0])),
     "empty": expect_refusal(lambda _: b" \n", "empty"),
-    "cut off": expect_refusal(lambda text: text[:700], "incomplete (line 1)"),
+    "cut off": expect_refusal(lambda text: text[:700], "incomplete (an error in line 1 of the file)"),
     "no cells": expect_refusal(lambda _: '{"cells": {}}', "no cells"),
     "cells that are none": expect(lambda _: '{"cells": [1, null, {"source": 5}, {"cell_type": []}]}', HW, NONE),
     "random bytes": expect_refusal(lambda _: bytes(range(256)) * 9, "not text"),
@@ -542,9 +542,9 @@ def test_myst_options_at_the_top_of_a_cell_are_left_out(body: str, code: str) ->
 def test_a_broken_notebook_is_reported_with_its_line() -> None:
     conflict = '{\n<<<<<<< HEAD\n "cells": []\n=======\n "cells": [1]\n>>>>>>> 1a2b\n}'
     for content, message in (
-        (conflict, "(line 2), because it contains conflict markers of Git"), (",", "is not a Jupyter notebook"),
+        (conflict, "line 2 of the file), because it contains conflict markers of Git"), (",", "not a Jupyter notebook"),
         ('{"cells": [],\n}', "is not a Jupyter notebook, or it is incomplete"),
-        ('{"cells": [{"source": "a, ]"', "is not a Jupyter notebook, or it is incomplete (line 1)"),
+        ('{"cells": [{"source": "a, ]"', "or it is incomplete (an error in line 1 of the file)"),
     ):  # fmt: skip
         with pytest.raises(Unreadable, match=re.escape(message)):
             read_cells("hw.ipynb", content.encode())
