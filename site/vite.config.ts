@@ -9,7 +9,7 @@ export default defineConfig({
   test: {
     testTimeout: 120_000, // long enough for a busy machine
     include: ["tests/**/*.test.ts"], // Node's test runner runs e2e/
-    setupFiles: ["tests/standards-mode.ts"],
+    setupFiles: ["tests/blank-page.ts"],
     pool: "threads",
     isolate: false, // files share modules, because loading them takes half of the time; each test resets what it changes
   },

@@ -82,7 +82,7 @@ describe("an answer in free practice", () => {
     expect(describeOutcomes(outcomes)).toEqual(["By differentiation, spatial arms: 1 of 2 right in a row"]);
     const again = countAnswer({}, item("elbow-3r/chapter"), { ...right, isRepeated: true }, sorting).outcomes;
     expect(describeOutcomes(again)).toEqual([
-      "By differentiation, spatial arms: Correct this time. Only first tries count towards your three in a row.",
+      "By differentiation, spatial arms: Correct this time. Only first tries count towards the 2 in a row.",
     ]);
   });
 });
