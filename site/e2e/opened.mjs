@@ -4,7 +4,7 @@ import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { after, before } from "node:test";
 
-import { builtSite, CHROMIUM, launched, PATIENCE, served } from "../tools/browser.mjs";
+import { builtSite, CHROMIUM, isPageError, launched, PATIENCE, served } from "../tools/browser.mjs";
 
 const require = createRequire(import.meta.url);
 const AXE = readFileSync(require.resolve("axe-core/axe.min.js"), "utf8");
@@ -98,7 +98,7 @@ async function tabIn(context, root) {
   const page = await context.newPage();
   let wrong = [];
   page.on("pageerror", (error) => wrong.push(String(error)));
-  page.on("console", (said) => said.type() === "error" && wrong.push(said.text()));
+  page.on("console", (said) => isPageError(said) && wrong.push(said.text()));
   page.on("request", (request) => {
     const { protocol, origin } = new URL(request.url());
     if (protocol.startsWith("http") && origin !== root) wrong.push(`asked for ${request.url()}`);

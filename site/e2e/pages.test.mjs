@@ -239,6 +239,7 @@ test("keys reach the terms of formulas: one tab stop per formula, arrows between
 test("a term with a rate has a value if a lesson's sliders set the rates", async () => {
   const { page } = await opened(there, "learn.html?lesson=rates");
   await page.locator(".arm-box").waitFor();
+  await page.getByLabel("Rate of joint angle θ1").fill("0.5");
   await page.evaluate(() => {
     const put = document.createElement("p");
     put.innerHTML =

@@ -6,7 +6,7 @@ import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 
-import { PATIENCE } from "../tools/browser.mjs";
+import { isPageError, PATIENCE } from "../tools/browser.mjs";
 
 const QDOT = process.env.QDOT ?? "qdot";
 
@@ -83,7 +83,7 @@ export async function signIn(browser, service, who, options = {}) {
   context.setDefaultTimeout(PATIENCE);
   const wrong = [];
   context.on("weberror", (error) => wrong.push(String(error.error())));
-  context.on("console", (said) => said.type() === "error" && wrong.push(said.text()));
+  context.on("console", (said) => isPageError(said) && wrong.push(said.text()));
   const page = await context.newPage();
   await page.goto(service.link(who));
   assert.match(new URL(page.url()).pathname, /^\/(a\/week-3\/.*)?$/);

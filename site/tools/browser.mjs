@@ -91,3 +91,6 @@ export async function shared() {
   const { chromium } = await import("playwright-core");
   return chromium.launchServer(AS);
 }
+
+/** Return whether a message in the console is the page's error: not that a container of another test was started. */
+export const isPageError = (said) => said.type() === "error" && !said.text().includes("ERR_NETWORK_CHANGED");
