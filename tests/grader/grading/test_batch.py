@@ -85,7 +85,7 @@ def test_every_kind_of_submission_gets_its_result(assignment: Assignment) -> Non
     assert "released to 's01'" in graded["s04"].staff_notes[0]
     assert "another student" in graded["s04"].notes[0]
     assert "s01" not in make_feedback_page(assignment, assignment.roster[3], graded["s04"])
-    for student, words in {"s05": "(line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
+    for student, words in {"s05": "line", "s06": "empty", "s07": "'other'", "s10": "text", "s11": "notes.txt"}.items():
         assert words in (graded[student].obstacle or "") and find_work_status(graded[student]) == "unusable"
     assert {part.outcome for part in graded["s08"].parts.values()} == {"missing"}
     with (assignment.folder / "graded" / "costs.csv").open(newline="") as file:

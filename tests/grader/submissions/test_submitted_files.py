@@ -376,7 +376,7 @@ CASES: dict[str, Case] = {
     "no cells": expect_refusal(lambda _: '{"cells": {}}', "no cells"),
     "cells that are none": expect(lambda _: '{"cells": [1, null, {"source": 5}, {"cell_type": []}]}', HW, NONE),
     "random bytes": expect_refusal(lambda _: bytes(range(256)) * 9, "not text"),
-    "the first cut off, the second whole": (submit_two_files, ALL, "(line 1); hw (1).ipynb"),
+    "the first cut off, the second whole": (submit_two_files, ALL, "line 1 of the file); hw (1).ipynb"),
     "exports beside it, in a folder": (submit_with_exports, ALL, ""),
     "a name with a new line": (submit_odd_name, NONE, "a\N{REPLACEMENT CHARACTER}b\N{REPLACEMENT CHARACTER}[31m.ipynb"),
     "another accent": (submit_decomposed_name, ALL, ""),
