@@ -112,6 +112,8 @@ def test_entries_named_by_their_number_are_read_in_this_order(answer: str, is_ri
         ("d3*tan(theta1)*tan(theta1) = 0", "[d3 = 0, tan(theta1) = 0]"),
         ("d3*tan(theta1)**2 = 0", "[d3 = 0, tan(theta1) = 0]"),
         ("d3*sin(theta1)/cos(theta1)**2 = 0", "[d3 = 0, sin(theta1) = 0]"),
+        ("[d3 = 0, 1/sec(theta2) = 0]", "[d3 = 0, cos(theta2) = 0]"),
+        ("[d3 = 0, 1/csc(theta2) = 0]", "[d3 = 0, sin(theta2) = 0]"),
     ],
 )
 def test_a_product_earns_what_its_factors_earn_as_a_list(product: str, listed: str) -> None:
