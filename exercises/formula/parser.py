@@ -105,7 +105,7 @@ class _Parser:
         """The index of the next token."""
         self.depth = 0
         if (sign_count := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
-            raise ParseError(f"the answer has {sign_count} signs ±, and each doubles the cases; write out the cases")
+            raise ParseError(f"the answer has {sign_count} ± signs, and each doubles the number of cases; write out the cases")
         self.bare_argument_end = -1
         """The index of the token after the last function argument without brackets; -1 if there is none."""
         self.joined_product: Node | None = None
@@ -344,8 +344,8 @@ class _Parser:
             self.index += 1
             is_negative, term = self.parse_sign(), self.parse_product()
             if follows_bare_argument and term.kind == "name" and _is_angle(str(term.value)):
-                message = f"a function without brackets comes before {op} {term.value}"
-                raise self.make_error(f"{message}; put its argument in brackets, as in sin(theta1 + theta2)")
+                message = f"{op} {term.value} may or may not belong to the argument of the function before it"
+                raise self.make_error(f"{message}; put the argument in brackets, as in sin(theta1 + theta2)")
             term = _apply_sign(is_negative, term)
             alternatives = (Node("+", (node, term)), Node("-", (node, term)))
             node = Node("set", alternatives) if op == "±" else Node(op, (node, term))
@@ -373,7 +373,7 @@ class _Parser:
             elif kind == "number" == self.tokens[self.index - 1].kind:
                 raise self.make_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
-                raise self.make_error(f"the point in {text} is ambiguous; write *{text[1:]} or *0{text}")
+                raise self.make_error(f"the point in {text} can be a product or a decimal point; write *{text[1:]} or *0{text}")
             elif text == "(" and self.peek(1) in _MODULO_WORDS:
                 return node
             elif kind == "name" and self.is_unit(text):

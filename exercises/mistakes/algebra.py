@@ -98,7 +98,7 @@ def _make_variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divi
     """
     symbols = {str(symbol) for symbol in factor.free_symbols}
     joint_symbols = symbols & set(map(str, chain.q))
-    factor_words = "one that depends on the joints" if joint_symbols else "a length"
+    factor_words = "an expression in the joint variables" if joint_symbols else "a length"
     return MistakeVariant(
         {stage: _divide_by(divisor)},
         words={"factor": factor_words},

@@ -56,7 +56,7 @@ class Edit:
         if self.missing_node.kind in ("number", "decimal"):
             return f" ({format_tree(self.missing_node)})"
         names = [*dict.fromkeys(_find_factors(self.missing_node))] or sorted(find_names(self.missing_node) - {"pi"})
-        return f" (with {join_words(names)})" if names else ""
+        return f" that contains {join_words(names)}" if names else ""
 
 
 def _find_factors(node: Node) -> Iterator[str]:

@@ -261,7 +261,7 @@ def _forget_factors(formula: ast.expr, chain: Chain, part: Part) -> Iterator[Mis
     details = part.details_as(CustomDetails)
     names = {name for name, _ in details.definition.units} | {symbol.name for symbol in details.values}
     for name in sorted(names) if part.type == "number" else ():
-        yield _make_variant(part, _substitute(formula, {name: "1"}), which=f" (with {name})")
+        yield _make_variant(part, _substitute(formula, {name: "1"}), which=f" that contains {name}")
     if part.type == "number":
         yield _make_variant(part, _rewrite(formula, _omit_number))
 

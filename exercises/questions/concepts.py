@@ -277,5 +277,5 @@ QUESTIONS = (
             "its velocity has only one component, along a fixed line"
         ),
     ),
-    Question("invertibility", "When (6.7) applies", "6.7", sample=_ask_invertibility),
+    Question("invertibility", "Invertibility of the Jacobian", "6.7", sample=_ask_invertibility),
 )  # fmt: skip

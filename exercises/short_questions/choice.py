@@ -120,7 +120,7 @@ CHOICE_QUESTIONS = (
         partial(_list_columns, first_column=1),  # for the first column, there are no three plausible wrong options
     ),
     ShortQuestion(
-        "singular-angles-choice", "Where is it singular?", "6.8", sample=_ask_sets, form="choice",
+        "singular-angles-choice", "Where is the arm singular?", "6.8", sample=_ask_sets, form="choice",
         base_question="singular-angles", objection_if_sampling_fails=NO_FOUR_OPTIONS,
         shown_answers=("singular-angles",),
     ),

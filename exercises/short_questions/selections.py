@@ -145,11 +145,11 @@ def _list_equal_forms(symbolic_chain: Chain, formula: sp.Expr, quantity: Quantit
 
 SELECTION_QUESTIONS = (
     ShortQuestion(
-        "dependence", "On which joints does it depend?", "6.4", sample=_ask_dependence, form="selection",
+        "dependence", "Which joints have an effect?", "6.4", sample=_ask_dependence, form="selection",
         base_question="jacobian", objection_if_sampling_fails="each suitable result depends on all joints, or on none",
     ),
     ShortQuestion(
-        "equal-forms", "Which of these are the same?", "6.4", points=1.0, sample=_ask_equal_forms, form="selection",
+        "equal-forms", "Which of these are equal?", "6.4", points=1.0, sample=_ask_equal_forms, form="selection",
         base_question="jacobian",
         objection_if_sampling_fails="it has no short result that can be written in several ways",
         shown_answers=("jacobian", "determinant"),

@@ -535,7 +535,7 @@ test.each([
 test("if commas are ambiguous, the message explains how to separate numbers", () => {
   const { reasons } = judge({} as Problem, RATES, "[-1,09,1,35]", () => false);
   expect(reasons.map((reason) => textOf(reason))).toEqual([
-    "Your answer has 4 × 1 entries (rows × columns), but 2 × 1 are expected. If 0,5 is a number, separate the entries with " +
+    "The size of your answer is 4 × 1 (rows × columns), but 2 × 1 is expected. If 0,5 is a number, separate the entries with " +
       "semicolons, or with a comma and a space, for example [0,5; 1,25].",
   ]);
 });

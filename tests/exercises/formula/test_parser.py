@@ -241,7 +241,7 @@ def test_decimal_digits_exclude_leading_and_exponent_digits(text: str, digits: i
 @pytest.mark.parametrize("sign", ["±", "+/-", r"\pm "])
 def test_at_most_twelve_plus_minus_signs_are_parsed(sign: str) -> None:
     parse_formula(f"{sign}a2" * 12)
-    with pytest.raises(ParseError, match=r"the answer has 13 signs ±"):
+    with pytest.raises(ParseError, match=r"the answer has 13 ± signs"):
         parse_formula(f"{sign}a2" * 13)
 
 
@@ -274,7 +274,7 @@ def test_matrix_operations_are_computed(text: str, expected: list[list[float]]) 
         ("1 + J(q) = 3", "the function 'J' is unknown"),
         ("[1, 2, 3][1, 2]", "two lists of different lengths"), ("[[[1]], 2]*3", "a list that is not a matrix"),
         ("a1[0]", "unexpected '['"), ("a1/a2 a3", "/a2 a3 is ambiguous"),
-        ("sin theta1 + theta2", "a function without brackets comes before"),
+        ("sin theta1 + theta2", "may or may not belong to the argument of the function before it"),
     ],
 )  # fmt: skip
 def test_invalid_or_ambiguous_product_is_refused(text: str, message: str) -> None:
