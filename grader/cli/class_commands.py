@@ -93,7 +93,7 @@ def generate(
         released_assignment = release_notebooks(assignment, CERTIFIER, process_count, report_student)
     write_atomically(folder / "released" / INDEX_FILE, make_index_csv(released_assignment), 0o600)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    next_step = f"distribute {folder / 'released'} (see qdot release), keep {folder / 'solutions'} private"
+    next_step = f"distribute {folder / 'released'} (see qdot release), and keep {folder / 'solutions'} private"
     print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         causes = "The assignment (its problems, title, points, hints or site), the secret or qdot"
@@ -158,7 +158,7 @@ def release(
         handout, next_step = write_folders(assignment, target), f"{target / INDEX_FILE} lists them"
     else:
         handout = write_links(assignment, target, url)
-        next_step = f"upload it; {handout.table_path} has the links, keep it private"
+        next_step = f"upload it; {handout.table_path} contains the links: keep it private"
         if not url:
             note(f"{handout.table_path} has only paths; --url ADDRESS puts the address of the folder before them")
     print_result(f"{count_noun(len(assignment.roster), 'notebook')}: {handout.path}; {next_step}")

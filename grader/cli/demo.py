@@ -23,7 +23,7 @@ from qdot.grader.cli.export_commands import report
 from qdot.grader.cli.grade_command import grade
 from qdot.grader.cli.options import JobsOption
 from qdot.grader.grading.history import read_results_to_report
-from qdot.grader.reports.grades_table import find_work_status
+from qdot.grader.reports.grades_table import find_work_status, has_points
 from qdot.grader.sandbox.sandbox import check_system
 
 TITLE, KEY = "Velocity kinematics, demonstration", "velocity"
@@ -139,11 +139,12 @@ def demo(
         write_submission(assignment, student.id, KIND_BY_NAME[student.name])
     grade(folder, jobs=jobs, seconds=NOTEBOOK_SECONDS)
     _, results = read_results_to_report(assignment)
-    scores = [f"{result.score:5.1f} of {result.max_score:g}" for result in results]
-    print_result(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{len(scores[0])}}  status")
+    scores = [f"{result.score:.1f} of {result.max_score:g}" if has_points(result) else "no mark" for result in results]
+    width = max(map(len, scores))
+    print_result(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{width}}  status")
     for student, score, result in zip(assignment.roster, scores, results, strict=True):
         print_result(
-            f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score}  {find_work_status(result)}"
+            f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score:>{width}}  {find_work_status(result)}"
         )
     example = next(student.id for student in assignment.roster if KIND_BY_NAME[student.name] == "half of the answer")
     print_result(f"\na feedback page: {folder / 'graded' / 'feedback' / f'{example}.html'}")

@@ -25,6 +25,7 @@ from qdot.grader.reports.grades_table import (
     UNMARKED_STATUSES,
     count_overridden,
     find_work_status,
+    has_points,
     list_staff_notes,
 )
 from qdot.grader.sandbox.guarantees import note_sandbox_weakness
@@ -106,8 +107,8 @@ def grade(
     if student:
         result = _grade_student(assignment, submissions, student, received, limits)
         results = [result]
-        points = f"{format_points(result.score)} of {format_points(result.max_score)} points"
-        summary = f"{result.student}: {find_work_status(result)}, {points}"
+        points = f", {format_points(result.score)} of {format_points(result.max_score)} points"
+        summary = f"{result.student}: {find_work_status(result)}{points if has_points(result) else ''}"
     else:
         source = submissions or folder / "submitted"
         earlier_results, results, summary = _grade_class(assignment, source, limits, jobs, executor, allow_missing)
@@ -253,5 +254,5 @@ def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str
     if overridden_count := sum(map(count_overridden, results)):
         phrases.append(f"{overridden_count} set by {OVERRIDES_FILE}")
     if ownerless_count:
-        phrases.append(f"{count_noun(ownerless_count, 'file')} of unclear owners")
+        phrases.append(f"{count_noun(ownerless_count, 'file')} with an unclear owner")
     return f"{count_noun(len(results), 'student')}: {'; '.join(phrases)}; see {folder / 'graded'}"

@@ -192,7 +192,7 @@ def links(
     written = write_links(out, list(people.values()), needs_new_link, find_options().url if has_address else "")
     new_count = len(written.new) + len(written.replaced)
     print_result(
-        f"{count_noun(written.total, 'link')} in {out}, {new_count} new; send each person only the person's own"
+        f"{count_noun(written.total, 'link')} in {out}, {new_count} new; send each person only their own link"
     )
     if written.replaced:
         note(f"the old links of {_list_people(written.replaced)} no longer work")
@@ -300,7 +300,7 @@ def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOpti
 
     with claim_database():
         restore_database(file)
-    print_result(f"the database is that of {file}; start the service again")
+    print_result(f"the database now has the contents of {file}; start the service again")
 
 
 def register(

@@ -354,7 +354,7 @@ def _substitute_whole_numbers(node: Node) -> Node:
         return conditions
     numbers = [number for value in values for number in (value.args if value.kind == "set" else (value,))]
     if count_nodes(conditions) * len(numbers) > LIMITS["nodes_of_results"]:
-        raise ParseError("the conditions are too long, or there are too many whole numbers in them")
+        raise ParseError("the conditions are too long, or they contain too many whole numbers")
     return Node("list", tuple(arg for value in numbers for arg in replace_names(conditions, {name.value: value}).args))
 
 

@@ -134,8 +134,9 @@ def _describe_correct_count(
         count_words = f"{'both' if total == 2 else f'all {total}'} {kind}{noun} are right"
     else:
         count_words = f"{correct_count} of {total} {kind}{noun} {'is' if correct_count == 1 else 'are'} right"
-    conjunction, verb = "but" if correct_count else "and", "is" if spoiled_count == 1 else "are"
-    spoiled_words = f", {conjunction} {spoiled_count} that should be zero {verb} not" if spoiled_count else ""
+    conjunction = "but" if correct_count else "and"
+    spoiled_noun = "entry that should be zero is" if spoiled_count == 1 else "entries that should be zero are"
+    spoiled_words = f", {conjunction} {spoiled_count} {spoiled_noun} not" if spoiled_count else ""
     return count_words + spoiled_words
 
 

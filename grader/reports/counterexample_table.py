@@ -67,7 +67,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
         cells = tuple(_format_quantity(value, symbol_infos[name].unit) for value in values)
         symbol_rows.append(ExampleRow(print_mathml(parse_latex(write_symbol(name, prismatic_names))), cells))
     if isinstance(example, SetDifference):
-        caption = "Configurations where your answer is wrong"
+        caption = "Configurations at which your answer is wrong"
         return CounterexampleTable(caption, columns, tuple(symbol_rows)) if symbol_rows else None
     if not symbol_rows and example.expected is None:
         return None
@@ -78,7 +78,7 @@ def make_counterexample_table(problem: Problem, part: Part, example: Counterexam
 def _write_caption(part: Part, example: EntryDifference, has_configuration: bool) -> str:
     entry = _describe_entry(part, example)
     if has_configuration:
-        return f"A configuration where {entry or 'your answer'} is wrong"
+        return f"A configuration at which {entry or 'your answer'} is wrong"
     return entry.capitalize() or "Your answer and the correct one"
 
 

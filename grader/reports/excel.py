@@ -13,7 +13,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import escape_controls
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.class_summary import OUTCOME_WORDS, summarize_parts
-from qdot.grader.reports.grades_table import Cell, is_marked, make_grades_table
+from qdot.grader.reports.grades_table import Cell, make_grades_table
 
 CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's times have no zone
 """The creation time recorded in every workbook; the time is constant so that the same results give the same bytes."""
@@ -24,7 +24,7 @@ MIN_COLUMN_WIDTH, MAX_COLUMN_WIDTH, MAX_HEADING_LENGTH = 8, 60, 14
 
 
 def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
-    """Return the content of the workbook's file. The cells of work without a mark are empty, never 0."""
+    """Return the content of the workbook's file. The scores of work without a mark are empty cells, never 0."""
     import xlsxwriter
 
     content = io.BytesIO()
@@ -34,11 +34,6 @@ def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:
         formats["points"] = book.add_format({"num_format": "0.####"})
         formats["percent"] = book.add_format({"num_format": "0.0"})
         header, rows = make_grades_table(results, assignment.roster)
-        mark_columns = [column for column, name in enumerate(header) if name in ("score", "percent")]
-        for row, result in zip(rows, results, strict=True):
-            if not is_marked(result, count_zero=True):
-                for column in mark_columns:
-                    row[column] = None
         _fill_sheet(book.add_worksheet("Grades"), formats, header, rows, frozen_column_count=2)
         _fill_sheet(book.add_worksheet("Parts"), formats, *_make_part_table(assignment, results), frozen_column_count=1)
     return content.getvalue()

@@ -9,7 +9,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.assignment.assignment import Assignment, Student
@@ -23,6 +23,7 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_solution
 from qdot.exercises.writing.render import render
 from qdot.grader.grading.result import PartResult, Result
+from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
@@ -36,10 +37,10 @@ from qdot.grader.reports.feedback_levels import (
     replace_patterns,
     shows_at_least,
 )
-from qdot.grader.reports.grades_table import find_work_status
+from qdot.grader.reports.grades_table import find_work_status, has_points
 from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
-PAGE_VERSION = 13
+PAGE_VERSION = 14
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
@@ -138,6 +139,9 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
     first_parts = [part for problem in problems if (part := _find_first_part(problem))]
     if parts and all(part.outcome_text == OUTCOME_WORDS[Outcome.MISSING] for part in parts):
         notes, first_parts = [NO_ANSWERS_NOTE, *notes], []
+    elif len(blank_numbers := [part.number for part in parts if _is_blank(part)]) > 1:
+        notes = [f"You left {len(blank_numbers)} answers blank: {', '.join(blank_numbers)}.", *notes]
+    problems = [replace(problem, parts=tuple(map(_omit_blank_reason, problem.parts))) for problem in problems]
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=compute_page_fingerprint(assignment, student, result), marked_extent=_find_marked_extent(result),
@@ -146,6 +150,15 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         has_overview=len(parts) > MAX_PARTS_WITHOUT_OVERVIEW,
         withheld_note=_describe_withheld_feedback(assignment.feedback, parts),
     )  # fmt: skip
+
+
+def _is_blank(part: PartOnPage) -> bool:
+    return part.result.outcome is Outcome.MISSING and part.result.reason == BLANK_JUDGEMENT.reason
+
+
+def _omit_blank_reason(part: PartOnPage) -> PartOnPage:
+    """Return a part without the reason that its answer is blank, because its heading already says "not answered"."""
+    return replace(part, reason="") if _is_blank(part) else part
 
 
 def _omit_repeated_stops(notes: Sequence[str], parts: Sequence[PartOnPage]) -> list[str]:
@@ -170,6 +183,8 @@ def _find_first_part(problem: ProblemOnPage) -> PartOnPage | None:
 
 def _find_marked_extent(result: Result) -> str:
     """Return how much of the work has a mark: "nothing", "some" parts, or "all"."""
+    if not has_points(result):
+        return "nothing"
     part_points = [part.points for part in result.parts.values()]
     if None not in part_points or result.override is not None:
         return "all"

@@ -19,7 +19,7 @@ from qdot.grader.grading.check import CheckedNotebook
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answer_display import make_visible
-from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status, list_staff_notes
+from qdot.grader.reports.grades_table import UNMARKED_STATUSES, find_work_status, has_points, list_staff_notes
 from qdot.grader.reports.part_rows import list_notes, make_part_rows
 
 MAX_ANNOTATIONS = 10
@@ -45,7 +45,7 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
         level, shown_results = assignment.feedback, results[:count]
         sections = [(result, make_part_rows(result, assignment, level), list_notes(result)) for result in shown_results]
         texts.update(sections=sections, omitted_count=len(results) - count)
-        return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, format_points=format_points)
+        return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, write_score=_write_score)
 
     def measure_summary(count: int) -> int:
         return len(render_summary(count).encode())
@@ -54,6 +54,10 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
         return render("reports/github-short.md.j2", title=_escape_markdown(assignment.title), count=len(results))
     largest_count = bisect_right(range(len(results) + 1), MAX_SUMMARY_BYTES, key=measure_summary) - 1
     return render_summary(largest_count)
+
+
+def _write_score(result: Result) -> str:
+    return format_points(result.score) if has_points(result) else "no mark"
 
 
 def _escape_markdown(text: str) -> str:

@@ -58,9 +58,8 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
         student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.other_cells)]
         points = [part.points for part in result.parts.values()]
-        status = find_work_status(result)
-        score, percent = (None, None) if status in UNMARKED_STATUSES else (result.score, result.percent)
-        totals = [score, result.max_score, percent, status, _compute_late_penalty(result)]
+        score, percent = (result.score, result.percent) if is_marked(result) else (None, None)
+        totals = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
         group_notes = [
             f"overrides.csv {'comments on' if override.points is None else 'sets'} the group {override.group}"
             for override in result.overrides.values()
@@ -94,15 +93,18 @@ def _format_cell(column: str, cell: Cell) -> str:
     return f"{cell:.1f}" if column == "percent" else format_points(cell)
 
 
-def is_marked(result: Result, *, count_zero: bool = False) -> bool:
-    """Return whether a student has a mark for a gradebook, from qdot or from a person.
+def is_marked(result: Result) -> bool:
+    """Return whether a student has a mark, from qdot or from a person.
 
-    If `count_zero` is True, missing or unusable work also has a mark, which is 0. Work that qdot failed to grade never
-    has a mark.
+    Missing or unusable work has a mark only if a person set one. Work that qdot failed to grade never has a mark.
     """
     status = find_work_status(result)
-    has_other_mark = count_zero or count_overridden(result) > 0  # a zero, or a mark that a person set
-    return status in ("graded", "late") or (status not in UNMARKED_STATUSES and has_other_mark)
+    return status in ("graded", "late") or (status not in UNMARKED_STATUSES and count_overridden(result) > 0)
+
+
+def has_points(result: Result) -> bool:
+    """Return whether qdot could read the student's work, or a person set points; otherwise no report shows points."""
+    return result.obstacle is None or count_overridden(result) > 0
 
 
 UNMARKED_STATUSES = ("ungraded", "over limit", "to mark")

@@ -12,6 +12,7 @@ from qdot.exercises.assignment.assignment import Assignment
 from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.answer_display import make_visible
+from qdot.grader.reports.grades_table import has_points
 from qdot.grader.reports.part_rows import PartRow, make_part_rows
 
 MAX_ATTRIBUTE_LENGTH = 300
@@ -27,7 +28,8 @@ def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
         classname = f"{assignment.key}.{result.student}"
         suite = ET.SubElement(root, "testsuite", {"name": classname, **_count_tests(rows)})
         properties = ET.SubElement(suite, "properties")
-        for name, points in (("score", result.score), ("max_score", result.max_score)):
+        points_by_name = {"score": result.score} if has_points(result) else {}
+        for name, points in (points_by_name | {"max_score": result.max_score}).items():
             ET.SubElement(properties, "property", {"name": name, "value": format_points(points)})
         for row in rows:
             test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})

@@ -25,7 +25,7 @@ class Refused(Exception):
 
 NO_PAGE = "There is no such page, or it isn't yours."
 """The sentence for pages that don't exist and for pages of another person, so that nobody can tell them apart."""
-TOO_LARGE = "This is larger than qdot accepts: an answer or a comment has some thousand characters at most."
+TOO_LARGE = "This is larger than qdot accepts: an answer or a comment may have a few thousand characters."
 REPORT_SECONDS = 60
 """Minimum number of seconds between two lines in the log about a database that doesn't answer, or about wrong hosts."""
 RETRY_SECONDS = 30
@@ -96,7 +96,7 @@ def report_bad_request(request: HttpRequest, exception: Exception) -> HttpRespon
     if isinstance(exception, DisallowedHost):
         host, url = escape_controls(request.headers.get("Host", ""))[:100], find_options().url
         sentence = (
-            f"qdot is at {url}, but this request names the host {host!r}. Send the header Host on, or change --url."
+            f"qdot is at {url}, but this request names the host {host!r}. Let the web server pass on the header Host, or change --url."
         )
         if cache.add("unknown-host", True, REPORT_SECONDS):
             logger.error("a request was refused: %s", sentence)

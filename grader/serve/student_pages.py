@@ -165,7 +165,7 @@ def describe_result(work: Work, result: Result, received: list[datetime.datetime
     notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     return {
         "notes": list(map(end_sentence, notes)), "is_late": result.late is not None,
-        "score": result.score if result.submission else None, "max_score": result.max_score,
+        "score": None if result.obstacle and not result.overrides else result.score, "max_score": result.max_score,
         "attempts": describe_attempts(work.assignment, received)._asdict(),
     }  # fmt: skip
 
@@ -201,7 +201,7 @@ def describe_submission(submission: Submission) -> dict[str, Any]:
         "id": submission.pk, "received": submission.received.isoformat(),
         "kind": "answer" if submission.changed_part else "notebook", "part": submission.changed_part,
         "file_name": submission.file_name, "state": submission.state, "place": count_waiting_before(submission),
-        "score": submission.points, "note": submission.obstacle and end_sentence(submission.obstacle),
+        "score": None if submission.obstacle else submission.points, "note": submission.obstacle and end_sentence(submission.obstacle),
     }  # fmt: skip
 
 

@@ -51,7 +51,7 @@ def describe_attempts(assignment: Assignment, received: list[datetime]) -> Attem
         rules.append(f"The best of your attempts counts: {policy.rule}.")
     if policy.tries is not None:
         answers = count_noun(policy.tries, "answer")
-        rules.append(f"Each question takes {answers}; one that qdot can't read doesn't count.")
+        rules.append(f"Each question takes {answers}; answers that qdot can't read don't count.")
     return AttemptsState(left, " ".join(rules), policy.tries)
 
 
@@ -65,7 +65,7 @@ def explain_closed(assignment: Assignment, student: Student, received: list[date
     if policy.best_of is not None and now not in received:
         times = [*received, now]
         if len(times) - 1 not in {i for attempt in policy.group_attempts(times) for i in attempt}:
-            return f"You have used {count_noun(policy.best_of, 'attempt')}; no further one counts."
+            return f"You have used {count_noun(policy.best_of, 'attempt')}; no further attempt counts."
     return ""
 
 
@@ -128,7 +128,7 @@ def submit_answer(
         if (tries := assignment.attempt_policy.tries) is not None:
             tried = find_tried_texts(person, assignment.key)[part]
             if text not in tried and len(tried) >= tries:
-                raise Refused(409, f"This question takes {count_noun(tries, 'answer')}, which you have submitted.")
+                raise Refused(409, f"You have used all tries of this question ({tries}).")
         submission = Submission.objects.create(
             person=person, assignment=assignment.key, request_id=request_id, answers=merged, changed_part=part
         )
@@ -141,7 +141,7 @@ def _check_open(assignment: Assignment, student: Student, earlier: list[Submissi
     if sum(submission.state == Submission.State.WAITING for submission in earlier) >= MAX_WAITING:
         raise Refused(429, "Some of what you submitted is still being graded. Try again after that.")
     if len(earlier) >= MAX_SUBMISSIONS:
-        raise Refused(409, f"You have submitted {MAX_SUBMISSIONS:,} times; no more is accepted.")
+        raise Refused(409, f"You have submitted {MAX_SUBMISSIONS:,} times; qdot accepts no more.")
     now = timezone.now().replace(microsecond=0)
     if sentence := explain_closed(assignment, student, [submission.received for submission in earlier], now):
         raise Refused(409, sentence)

@@ -22,7 +22,7 @@ MIN_GROUP_SIZE = 3
 """Minimum number of students in a group; smaller groups are merged into `OTHERS_GROUP`."""
 OTHERS_GROUP = "others"
 SIGNIFICANCE_LEVEL = 0.05
-"""A corrected p-value below this is reported as "hardly chance"."""
+"""A corrected p-value below this is reported as "probably not chance"."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def describe_p_value(p_value: float) -> str:
     """Return the meaning of a p-value in plain words.
 
     >>> describe_p_value(0.34), describe_p_value(0.0002)
-    ('could be chance: p = 0.34', 'hardly chance: p < 0.001')
+    ('could be chance: p = 0.34', 'probably not chance: p < 0.001')
     """
     p = "p < 0.001" if p_value < 0.001 else f"p = {p_value:.3f}" if p_value < 0.1 else f"p = {p_value:.2f}"
-    return f"{'hardly' if p_value < SIGNIFICANCE_LEVEL else 'could be'} chance: {p}"
+    return f"{'probably not' if p_value < SIGNIFICANCE_LEVEL else 'could be'} chance: {p}"

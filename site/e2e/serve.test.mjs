@@ -32,7 +32,7 @@ test("a wrong answer gets its cause, a right one its points; both are there afte
   await page.locator(".preview math").waitFor();
   await submit(page);
   await page.locator(".verdict.wrong, .verdict.partial").waitFor();
-  await page.getByText("A configuration where your answer is wrong").waitFor();
+  await page.getByText("A configuration at which your answer is wrong").waitFor();
   await drawn(page);
   await assertAccessible(page);
   await field(page).fill(RIGHT.determinant);

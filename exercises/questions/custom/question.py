@@ -561,7 +561,7 @@ class QuestionMaker:
             allowed_errors = answer.list_allowed_errors(rounding)
             if all(abs(number) <= error for number, error in zip(numbers, allowed_errors, strict=True)):
                 value = ", ".join(f"{number:.3g}" for number in numbers)
-                return f"tolerance: it must be smaller than the answer; 0 would be right where the answer is {value}"
+                return f"tolerance: it must be smaller than the answer; 0 would count as right if the answer is {value}"
         return None
 
     def list_warnings(self, chain: Chain) -> list[str]:
