@@ -22,7 +22,7 @@ from qdot.exercises.writing.markup import to_html
 from qdot.exercises.writing.problem_texts import write_prompt
 from qdot.exercises.writing.render import find_template_folder
 from qdot.grader.grading.attempt import make_part_result
-from qdot.grader.grading.result import CountingSubmission, ProblemResult, Result
+from qdot.grader.grading.result import CountingSubmission, Override, ProblemResult, Result
 from qdot.grader.judging.functions import FUNCTION_TEXT
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark, sum_points
@@ -307,6 +307,17 @@ def test_the_page_without_a_notebook_shows_why_and_what_to_do(
     text, page = make_page(assignment, result)
     assert 'class="part' not in text and "<nav" not in text and "<footer" not in text
     assert any(obstacle in paragraph and advice in paragraph for _, paragraph in page.all("p"))
+    assert not re.search(r"\d of \d|No mark yet", page.text)
+    text, _ = make_page(assignment, replace(result, override=Override(3.0, "", None)))
+    assert re.search(r"</strong> of \d+ points", text)
+
+
+def test_blank_answers_are_listed_once(assignment: Assignment) -> None:
+    """Each blank part used to repeat the sentence that its answer is blank."""
+    _, page = make_page(assignment, make_result(assignment, lambda slot, _, code: code if slot == "p1" else "blank"))
+    sentences = [text for _, text in page.all("li") if text.startswith("You left")]
+    assert len(sentences) == 1 and re.fullmatch(r"You left \d+ answers blank: (2\.\d|, )+[^:]*", sentences[0])
+    assert "left the answer blank" not in page.text and "not answered" in page.text
 
 
 def test_the_page_is_accessible_html(assignment: Assignment, mixed_result: Result) -> None:

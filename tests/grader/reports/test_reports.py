@@ -11,9 +11,10 @@ from markdown_it import MarkdownIt
 
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
 from qdot.exercises.common.errors import QdotError
-from qdot.grader.grading.result import Result
+from qdot.grader.grading.result import Override, Result
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.reports.github import MAX_SUMMARY_BYTES, make_annotations, make_summary
+from qdot.grader.reports.grades_table import has_points, make_grades_table
 from qdot.grader.reports.gradescope import make_results_json
 from qdot.grader.reports.junit import write_junit_xml
 from tests.support.command import run, run_and_fail
@@ -74,6 +75,17 @@ def test_junit_is_valid_for_junitparser(assignment: Assignment, results: list[Re
     assert "<b> ]]> & é" in cases[-1].result[0].text
 
 
+def test_no_report_shows_points_for_work_that_was_not_graded(assignment: Assignment, results: list[Result]) -> None:
+    """Missing work used to have 0 points in some reports, and no mark in others."""
+    suite = list(JUnitXml.fromstring(write_junit_xml(assignment, results).encode()))[2]
+    assert [prop.name for prop in suite.properties()] == ["max_score"]
+    header, rows = make_grades_table(results, assignment.roster)
+    marks = [[row[header.index(name)] for name in ("score", "percent")] for row in rows]
+    assert marks[2] == [None, None] and None not in marks[0] + marks[1]
+    result = replace(results[2], override=Override(3.0, "", None))
+    assert has_points(result) and make_grades_table([result], assignment.roster)[1][0][header.index("score")] is not None
+
+
 def test_a_summary_contains_no_markup_from_students(assignment: Assignment, results: list[Result]) -> None:
     hostile = "a | b\n\n# c <img src=x> [l](javascript:x) `x` $y$ @me ![i](u) ::error::no"
     page = MarkdownIt("commonmark").enable("table").render(make_summary(assignment, [set_reasons(results[1], hostile)]))
@@ -82,7 +94,7 @@ def test_a_summary_contains_no_markup_from_students(assignment: Assignment, resu
     assert not re.search(r"<(img|a|code|h1)\b", page)
     assert "a | b # c &lt;img src=x&gt;" in page
     summary = make_summary(assignment, results)
-    assert "| cy | 0 | 4 | missing |" in summary
+    assert "| cy | no mark | 4 | missing |" in summary
     assert summary.count("<details>") == 3
 
 
