@@ -113,10 +113,14 @@ class Catalogue:
         return self._translate(name_mistake_context(name), title)
 
     def translate_title_in_sentence(self, name: str, title: str) -> str:
-        """Return the title of a mistake for the middle of a sentence: with a small initial, except in German."""
+        """Return the title of a mistake for the middle of a sentence: with a small initial, except in German.
+
+        A name, such as Jacobian, and a symbol keep their capital letter.
+        """
         translation = self.translate_mistake_title(name, title)
         initial = self.pgettext("first letter of a mistake's title inside of a sentence", "a")
-        return translation if initial.isupper() else f"{translation[0].lower()}{translation[1:]}"
+        keeps_initial = initial.isupper() or re.match(r"Jacobian|[B-Z]\W", translation)
+        return translation if keeps_initial else f"{translation[0].lower()}{translation[1:]}"
 
     def translate_mistake_sentence(self, name: str, english_pattern: str, english_source: str, sentence: str) -> str:
         """Return the translation of a `sentence` on a mistake, which was made from `english_pattern`.

@@ -362,7 +362,8 @@ def _find_cause(prediction: PredictedAnswer, earlier_mistakes: Sequence[EarlierM
 
 def _name_inherited(prediction: PredictedAnswer, cause: EarlierMistake) -> Diagnosis:
     """Return the diagnosis for a mistake that was already found in an earlier part."""
-    message = f"You seem to have made the same mistake as in {cause.part_title!r}. Correct that part first."
+    message = f"You seem to have made the same mistake as in {cause.part_title!r}. "
+    message += "Correct that answer first, then this one."
     signature = locate_mistake(prediction.mistake.name, prediction.variant.words)
     return Diagnosis((), message, inherited=cause.part, signature=(signature,))
 

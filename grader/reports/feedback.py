@@ -141,7 +141,10 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         notes, first_parts = [NO_ANSWERS_NOTE, *notes], []
     elif len(blank_numbers := [part.number for part in parts if _is_blank(part)]) > 1:
         notes = [f"You left {len(blank_numbers)} answers blank: {', '.join(blank_numbers)}.", *notes]
-    problems = [replace(problem, parts=tuple(map(_omit_blank_reason, problem.parts))) for problem in problems]
+    numbers = dict[str, str]()
+    problems = [
+        replace(problem, parts=tuple(_shorten_texts(part, numbers) for part in problem.parts)) for problem in problems
+    ]
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=compute_page_fingerprint(assignment, student, result), marked_extent=_find_marked_extent(result),
@@ -156,9 +159,17 @@ def _is_blank(part: PartOnPage) -> bool:
     return part.result.outcome is Outcome.MISSING and part.result.reason == BLANK_JUDGEMENT.reason
 
 
-def _omit_blank_reason(part: PartOnPage) -> PartOnPage:
-    """Return a part without the reason that its answer is blank, because its heading already says "not answered"."""
-    return replace(part, reason="") if _is_blank(part) else part
+def _shorten_texts(part: PartOnPage, numbers: dict[str, str]) -> PartOnPage:
+    """Return a part without what the page says elsewhere: that the answer is blank, or what an earlier mistake was.
+
+    `numbers` maps the sentence on each mistake to the number of the first part with this mistake. It is updated.
+    """
+    if _is_blank(part):
+        return replace(part, reason="")
+    sentence, separator, reference = part.advice.partition(" See ")
+    if not part.result.mistake or (number := numbers.setdefault(sentence, part.number)) == part.number:
+        return part
+    return replace(part, advice=f"You seem to have made the same mistake as in {number}.{separator}{reference}")
 
 
 def _omit_repeated_stops(notes: Sequence[str], parts: Sequence[PartOnPage]) -> list[str]:

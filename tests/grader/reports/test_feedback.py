@@ -11,6 +11,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.assignment import Assignment, Student
@@ -44,6 +45,7 @@ questions = ["position", "jacobian", "determinant", "singular-angles", "joint-ra
 family = "polar-rp"
 questions = ["twist", "joint-effect", "lost-direction", "rank"]
 """
+FAMILY_PAIR = ("planar-2r", "elbow-3r")
 VOID = {"meta", "link", "br", "hr", "img", "path", "circle", "use", "rect", "polyline", "polygon", "mspace"}
 Answers = Callable[[str, str, str], str | None]
 """A function from slot, part and right answer to the submitted answer, or None."""
@@ -310,6 +312,17 @@ def test_the_page_without_a_notebook_shows_why_and_what_to_do(
     assert not re.search(r"\d of \d|No mark yet", page.text)
     text, _ = make_page(assignment, replace(result, override=Override(3.0, "", None)))
     assert re.search(r"</strong> of \d+ points", text)
+
+
+def test_a_repeated_mistake_is_described_once(tmp_path: Path) -> None:
+    """Each transposed matrix used to be explained again."""
+    problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = ["jacobian"]\n' for name in FAMILY_PAIR)
+    assignment = make_class(tmp_path / "hw", [Student("s1")], f'title = "T"\nkey = "hw"\n{problems}')
+    result = make_result(assignment, lambda slot, part, code: str(sp.Matrix(sp.sympify(code)).T.tolist()))
+    _, page = make_page(assignment, result)
+    advice = [text for _, text in page.all("p") if text.startswith("Likely mistake")]
+    assert "your matrix is transposed" in advice[0] and len(advice) == 2
+    assert advice[1].startswith("Likely mistake: You seem to have made the same mistake as in 1.1.")
 
 
 def test_blank_answers_are_listed_once(assignment: Assignment) -> None:
