@@ -113,7 +113,7 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
             joint = _find_joint(arg, joints)
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
-                meanings = f"it can be a joint and its value, or two values, of {joints[0]} and {joints[1]}"
+                meanings = f"it can be {joints[0]} and its value, or values of {joints[0]} and {joints[1]}"
                 raise ParseError(f"a pair is ambiguous: {meanings}; write {joints[0]} = 0 or {joints[1]} = 0")
             if not is_label or find_names(node.args[1]) & set(joints):
                 union += parse_pieces(arg, joints)
