@@ -97,7 +97,7 @@ def families(
 ) -> None:
     """List the robot families and the questions for each.
 
-    The difficulty, from 0 to 4, says how much work such an arm is by hand. Use a family's name in assignment.toml
+    The difficulty, from 0 to 4, says how much work the arms are by hand. Use a family's name in assignment.toml
     (family = "planar-2r") or before a seed: `qdot show planar-2r/7`. With the NAME of a family or a real robot (ur5),
     or with your own ROBOT.toml or URDF, lists the questions that apply, and why the others do not. This may take a
     minute.
@@ -333,8 +333,8 @@ def solve(
     rows are those of the modified table (Craig). With convention = "screws", joints are described by their axes:
     docs/robots.md.
 
-    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` is 6 x n. `determinant` and `singular` are
-    those of its rows named in `task`. `determinant` is null if these rows are not square. `singular` is null if they
+    In JSON, `jacobian` is that of the point, 3 x n, and `geometric_jacobian` is 6 x n. `determinant` and `singular`
+    belong to the rows named in `task`. `determinant` is null if these rows are not square. `singular` is null if they
     have less than full rank in every configuration, and empty if they always have full rank; `note` explains this in
     words. Arms described by screw axes have `space_jacobian` and `body_jacobian`.
 

@@ -166,7 +166,7 @@ def links(
       qdot serve links homework --staff "Grace Hopper"
           links for the class and for a teacher, into links.csv
       qdot serve links homework --student s001
-          a new link for a student who has passed it on
+          a new link for a student who passed on the old one
       qdot serve links homework --renew
           new links for everybody, because links.csv is lost
     """
@@ -352,7 +352,7 @@ def connect(
     course: Annotated[list[int], typer.Option(metavar="NUMBER", help="Connect this course. Repeatable.")] = [],  # noqa: B006
     database: DatabaseOption = "",
 ) -> None:
-    """List the courses that opened qdot, or connect one.
+    """List the courses in which qdot was opened, or connect one.
 
     The people of a connected course can use the service.
 
