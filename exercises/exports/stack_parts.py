@@ -354,7 +354,7 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
     variables += [f"ta1: {print_maxima_matrix(reference)};", "form1: -3*ta1;", "other1: 0*ta1;"]
     variables.append("unknown1: ta1 + unknown_name;")
     return StackPart(
-        part, "matrix", "a vector; any nonzero multiple of it is right, too", variables,
+        part, "matrix", "a vector; any nonzero multiple is also correct", variables,
         ["typed: qdot_values(qdot_read(ans1));", same_line], [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")],
         [REFERENCE_TEST, UNUSUAL_FORM_TEST, UNRELATED_TEST, UNKNOWN_NAME_TEST], validator="qdot_check_formulas",
         typing_help=explain_typing(problem),

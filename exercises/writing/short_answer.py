@@ -40,7 +40,7 @@ class _AnswerFields(AnswerVisitor[dict[str, Any]]):
     visit_matrix = visit_expression
 
     def visit_direction(self, answer: Direction) -> dict[str, Any]:
-        remark = {"remark": "Any multiple other than zero is as good."}
+        remark = {"remark": "Any nonzero multiple is also correct."}
         if answer.is_numeric:
             return {"values": [self._format_number(value) for value in answer.reference], **remark}
         return {"formula": answer.reference, **remark}
