@@ -105,7 +105,9 @@ class _Parser:
         """The index of the next token."""
         self.depth = 0
         if (sign_count := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
-            raise ParseError(f"the answer has {sign_count} ± signs, and each doubles the number of cases; write out the cases")
+            raise ParseError(
+                f"the answer has {sign_count} ± signs, and each doubles the number of cases; write out the cases"
+            )
         self.bare_argument_end = -1
         """The index of the token after the last function argument without brackets; -1 if there is none."""
         self.joined_product: Node | None = None
@@ -373,7 +375,9 @@ class _Parser:
             elif kind == "number" == self.tokens[self.index - 1].kind:
                 raise self.make_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
-                raise self.make_error(f"the point in {text} can be a product or a decimal point; write *{text[1:]} or *0{text}")
+                raise self.make_error(
+                    f"the point in {text} can be a product or a decimal point; write *{text[1:]} or *0{text}"
+                )
             elif text == "(" and self.peek(1) in _MODULO_WORDS:
                 return node
             elif kind == "name" and self.is_unit(text):

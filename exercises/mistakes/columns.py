@@ -271,7 +271,11 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
 
     The variants change the answers only to questions that ask for another frame.
     """
-    for words, rows in (("vectors", slice(0, 6)), ("angular parts of the columns", slice(3, 6)), ("linear parts of the columns", slice(0, 3))):
+    for words, rows in (
+        ("vectors", slice(0, 6)),
+        ("angular parts of the columns", slice(3, 6)),
+        ("linear parts of the columns", slice(0, 3)),
+    ):
         yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, words={"vectors": words})
     yield MistakeVariant(
         {"wrist block": lambda stages, _: np.moveaxis(stages["axes"][3:6], 0, 1)}, words={"vectors": "vectors"}

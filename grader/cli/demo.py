@@ -143,9 +143,8 @@ def demo(
     width = max(map(len, scores))
     print_result(f"\n{'id':<4}  {'name':<20} {'submitted':<32} {'points':>{width}}  status")
     for student, score, result in zip(assignment.roster, scores, results, strict=True):
-        print_result(
-            f"{student.id:<4}  {student.name:<20} {KIND_BY_NAME[student.name]:<32} {score:>{width}}  {find_work_status(result)}"
-        )
+        kind, status = KIND_BY_NAME[student.name], find_work_status(result)
+        print_result(f"{student.id:<4}  {student.name:<20} {kind:<32} {score:>{width}}  {status}")
     example = next(student.id for student in assignment.roster if KIND_BY_NAME[student.name] == "half of the answer")
     print_result(f"\na feedback page: {folder / 'graded' / 'feedback' / f'{example}.html'}")
     report(folder)

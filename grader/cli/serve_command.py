@@ -191,9 +191,7 @@ def links(
     has_address = url or port != DEFAULT_PORT
     written = write_links(out, list(people.values()), needs_new_link, find_options().url if has_address else "")
     new_count = len(written.new) + len(written.replaced)
-    print_result(
-        f"{count_noun(written.total, 'link')} in {out}, {new_count} new; send each person only their own link"
-    )
+    print_result(f"{count_noun(written.total, 'link')} in {out}, {new_count} new; send each person only their own link")
     if written.replaced:
         note(f"the old links of {_list_people(written.replaced)} no longer work")
     if written.unknown:

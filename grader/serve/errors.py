@@ -95,9 +95,7 @@ def report_bad_request(request: HttpRequest, exception: Exception) -> HttpRespon
     """Answer a request that Django refused before any view."""
     if isinstance(exception, DisallowedHost):
         host, url = escape_controls(request.headers.get("Host", ""))[:100], find_options().url
-        sentence = (
-            f"qdot is at {url}, but this request names the host {host!r}. Let the web server pass on the header Host, or change --url."
-        )
+        sentence = f"qdot is at {url}, but a request named the host {host!r}. Pass the header Host on, or change --url."
         if cache.add("unknown-host", True, REPORT_SECONDS):
             logger.error("a request was refused: %s", sentence)
         return respond(request, Refused(400, sentence))

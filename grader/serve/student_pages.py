@@ -201,7 +201,8 @@ def describe_submission(submission: Submission) -> dict[str, Any]:
         "id": submission.pk, "received": submission.received.isoformat(),
         "kind": "answer" if submission.changed_part else "notebook", "part": submission.changed_part,
         "file_name": submission.file_name, "state": submission.state, "place": count_waiting_before(submission),
-        "score": None if submission.obstacle else submission.points, "note": submission.obstacle and end_sentence(submission.obstacle),
+        "score": None if submission.obstacle else submission.points,
+        "note": submission.obstacle and end_sentence(submission.obstacle),
     }  # fmt: skip
 
 

@@ -83,7 +83,9 @@ def test_no_report_shows_points_for_work_that_was_not_graded(assignment: Assignm
     marks = [[row[header.index(name)] for name in ("score", "percent")] for row in rows]
     assert marks[2] == [None, None] and None not in marks[0] + marks[1]
     result = replace(results[2], override=Override(3.0, "", None))
-    assert has_points(result) and make_grades_table([result], assignment.roster)[1][0][header.index("score")] is not None
+    assert (
+        has_points(result) and make_grades_table([result], assignment.roster)[1][0][header.index("score")] is not None
+    )
 
 
 def test_a_summary_contains_no_markup_from_students(assignment: Assignment, results: list[Result]) -> None:
