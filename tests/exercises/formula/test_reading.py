@@ -108,7 +108,7 @@ REFUSED = [
     ("a1.foo(2)", "the function 'a1.foo' is unknown"), ("a1 | s2 | a2", "found an alternative"),
     ("12.37 %", "percentages are not allowed; write a decimal"), ("a1|s2", "found an alternative"),
     ("sin 2 3", "there is no operator between two numbers"),
-    ("C(a1)", "C means cos only before an angle"), ("S(1)/2", "write sin(…)"), ("sθ1 + θ2", "comes before +"),
+    ("C(a1)", "C means cos only before an angle"), ("S(1)/2", "write sin(…)"), ("sθ1 + θ2", "may or may not belong"),
     ("sin theta1cos(theta2)", "expected '(' after sin"), ("s*theta1", "'s' is not a symbol"),
     ("sin1", "'sin1' is not a symbol"), (r"\foo{a1}", "is unknown"), (r"\frac{a1}", ""),
     (r"\begin{align}a1", ""), ("x" * 70, "a name of 70 characters"),
