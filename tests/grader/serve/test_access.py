@@ -158,9 +158,7 @@ def test_an_unknown_host_is_named(service: Service, caplog: pytest.LogCaptureFix
     for _ in range(2):
         reply = Client(headers={"Host": "127.0.0.1:8000"}).get("/a/hw/work")
         assert reply.status_code == 400
-        assert reply.json()["error"].startswith(
-            "qdot is at http://testserver, but a request named the host '127.0.0.1"
-        )
+        assert reply.json()["error"].startswith("qdot is at http://testserver, but a request named the host '127.0.0.1")
     assert len(caplog.messages) == 1 and "--url" in caplog.messages[0]
 
 
