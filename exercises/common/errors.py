@@ -37,18 +37,18 @@ class Reason(str):
 
 
 class KeyReason(Reason):
-    """The reason why the value of a `key` of a file is impossible. Keys in a key are separated by dots: given.m."""
+    """The reason why the value of a `key` in a file is impossible; "given.m" is the key m in the table `given`."""
 
     key: str
 
     def __new__(cls, key: str, text: str) -> "KeyReason":
-        """Return the reason for the value of a key."""
+        """Return the reason why the value of a key is impossible."""
         reason = super().__new__(cls, text)
         reason.key = key
         return reason
 
     def __reduce__(self) -> tuple[type["KeyReason"], tuple[str, str]]:
-        """Return how the reason is copied to another process."""
+        """Return the function and its arguments by which `pickle` copies the reason to another process."""
         return KeyReason, (self.key, str(self))
 
 
@@ -102,7 +102,7 @@ def shorten(text: str, max_length: int) -> str:
 
 
 def find_most_similar(name: str, known_names: Sequence[str]) -> str:
-    """Return the known name that is most similar to an unknown name or has it as initials; "" if there is none.
+    """Return the known name that is most similar to an unknown name, or whose initials it is; "" if there is none.
 
     >>> find_most_similar("scra", ["planar-2r", "scara"]), find_most_similar("x", ["planar-2r", "scara"])
     ('scara', '')
@@ -111,6 +111,8 @@ def find_most_similar(name: str, known_names: Sequence[str]) -> str:
     """
     import difflib
 
-    named_by_initials = [known for known in known_names if "".join(word[:1] for word in known.split("-")) == name]
+    named_by_initials = [
+        known_name for known_name in known_names if "".join(word[:1] for word in known_name.split("-")) == name
+    ]
     similar_names = difflib.get_close_matches(name, known_names, n=1)
     return next(iter([*similar_names, *(named_by_initials if len(name) > 1 else [])]), "")

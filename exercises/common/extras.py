@@ -1,4 +1,4 @@
-"""Check that optional libraries are installed (the extras of pyproject.toml), and say how to install qdot.
+"""Check that optional libraries (the extras of pyproject.toml) are installed, and write the command that installs them.
 
 Code that uses an optional library calls `require_extra` first, so that users get the same message for every missing
 library, before any work is done.
@@ -44,8 +44,8 @@ def explain_missing(extra: str, feature: str) -> str:
     if not missing_modules:
         return ""
     folder_hint = "" if IS_RELEASED else " (in the folder of qdot's source)"
-    words = f"install it with: {make_install_command(extra)}{folder_hint}"
-    return f"{feature} needs {' and '.join(missing_modules)}, which is not installed; {words}"
+    advice = f"install it with: {make_install_command(extra)}{folder_hint}"
+    return f"{feature} needs {' and '.join(missing_modules)}, which is not installed; {advice}"
 
 
 def require_extra(extra: str, feature: str) -> None:

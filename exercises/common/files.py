@@ -149,7 +149,7 @@ def lock(handle: int, *, wait: bool = True) -> None:
 
 
 LOCKED_BYTE = 1 << 30
-"""The index of the byte that is locked on Windows: beyond the content, because nobody else can read a locked byte."""
+"""Index of the byte that is locked on Windows. It is far beyond the content, which stays readable."""
 
 
 def _lock_on_windows(handle: int, wait: bool) -> None:
@@ -168,7 +168,7 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
 @contextlib.contextmanager
 def clean_up_after(paths: Sequence[Path]) -> Iterator[None]:
-    """Remove the leftovers of these paths: those of earlier runs before the block, those of killed workers after it."""
+    """Remove leftover temporary files: those of earlier runs before the block, and those of killed workers after it."""
     remove_leftovers(paths)
     try:
         yield

@@ -114,8 +114,8 @@ class TomlFile:
     def locate_errors(self, *key_path: str | int) -> Iterator[None]:
         """Prefix the message of a QdotError raised in the block with the file, the line and the key.
 
-        If the key has a table, and the message begins with a key of this table and a colon, the line is that of the
-        inner key. Keys of a table in the table are separated by dots.
+        If the value of the key is a table, and the message begins with a key of this table and a colon, the line is
+        that of the inner key. The inner key may be a path with dots.
         """
         try:
             yield
@@ -166,9 +166,10 @@ class TomlFile:
         return ": ".join(parts)
 
     def check_keys(
-        self, key_path: KeyPath, known: Sequence[str], required: Sequence[str] = (), top_level_keys: Sequence[str] = ()
-    ) -> None:
-        """Raise QdotError if a table has keys that are not known, or else if it lacks a required key.
+        self, key_path: KeyPath, known_keys: Sequence[str], required_keys: Sequence[str] = (),
+        top_level_keys: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        """Raise QdotError if a table has keys that are not `known_keys`, or else if it lacks a required key.
 
         `top_level_keys` are the top-level keys of the file. If one of them is written below a [[header]], TOML makes it
         a key of that table, and the message says so.
@@ -177,27 +178,27 @@ class TomlFile:
         for key in key_path:
             table = table[key]
         errors = ErrorList()
-        for key in (key for key in table if key not in known):
+        for key in (key for key in table if key not in known_keys):
             with errors.collect():
                 location = self._describe_location(key_path, (*key_path, key))
-                guess = find_most_similar(key, (*known, *top_level_keys))
-                if guess not in top_level_keys or guess in known:
-                    raise QdotError(f"{location}: {make_name_error('key', key, tuple(known))}")
+                guess = find_most_similar(key, (*known_keys, *top_level_keys))
+                if guess not in top_level_keys or guess in known_keys:
+                    raise QdotError(f"{location}: {make_name_error('key', key, tuple(known_keys))}")
                 subject = "the key" if guess == key else f"unknown key {key!r} (did you mean {guess!r}?);"
                 advice = f"{guess!r} belongs at the top of the file, above every [[{key_path[0]}]]"
                 raise QdotError(f"{location}: {subject} {advice}")
         errors.raise_all()
-        for key in required:
+        for key in required_keys:
             if key not in table:
                 location = self._describe_location(key_path, key_path)
-                raise QdotError(f"{location}: the key {key!r} is missing; needed: {', '.join(required)}")
+                raise QdotError(f"{location}: the key {key!r} is missing; needed: {', '.join(required_keys)}")
 
     @cached_property
     def _line_numbers(self) -> dict[tuple[str | int, ...], int]:
         """The number of the first line of each key and of each table, by their key paths."""
         table: tuple[str | int, ...] = ()
         numbers: dict[tuple[str | int, ...], int] = {}
-        for number, line in enumerate(_remove_lines_of_texts(self.text).split("\n"), 1):
+        for number, line in enumerate(_blank_multiline_texts(self.text).split("\n"), 1):
             header = _HEADER_LINE.match(line)
             if header is not None and isinstance(self._find_value(split_key(header[2])[:1]), (dict, list)):
                 table = ()
@@ -224,8 +225,8 @@ def split_key(text: str) -> tuple[str, ...]:
     return tuple(key[1:-1] if key[0] in "\"'" else key for key in re.findall(_KEY, text))
 
 
-def _remove_lines_of_texts(text: str) -> str:
-    """Return TOML with only the line breaks of its texts that have several lines; these may look like keys."""
+def _blank_multiline_texts(text: str) -> str:
+    """Return TOML with each multi-line text replaced by its line breaks, because its lines may look like keys."""
     return _TEXT_OR_COMMENT.sub(lambda match: match[0] if "\n" not in match[0] else "\n" * match[0].count("\n"), text)
 
 
@@ -281,9 +282,9 @@ def read_table(
 ) -> list[tuple[int, dict[str, str]]]:
     """Return the nonempty rows of a CSV file, each with the number of its first line and its cells by column name.
 
-    Column names are converted to lower case. The `first_column` column is required; messages show `example_header`, a
-    sample header. The file may have any encoding that Excel writes, and commas, semicolons or tabs as separators.
-    Raises QdotError.
+    Column names are converted to lower case. The first column must be `first_column`. Error messages show the sample
+    header `example_header`. The file may have any encoding that Excel writes, and commas, semicolons or tabs as
+    separators. Raises QdotError.
     """
     text = read_table_text(path, missing_hint)
     row_lines: list[int] = []
@@ -315,8 +316,8 @@ def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tu
     """Yield the nonempty rows of a CSV text, each with the number of its first line. Raises csv.Error.
 
     A first line such as "sep=;" states the separator, as in Excel. Without such a line, the separator is the one that
-    splits the first line into the most cells. The first line of every row is appended to `row_lines`, even if the row
-    can't be parsed.
+    splits the first line into the most cells. The number of every row's first line is appended to `row_lines`, even if
+    the row can't be parsed.
     """
     row_lines = [] if row_lines is None else row_lines
     first_line, _, following_lines = text.partition("\n")
@@ -332,7 +333,7 @@ def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tu
 
 
 BYTE_ORDER_MARK = "\ufeff"
-"""Begins a table that Word or Excel reads; otherwise they take accented letters for other ones (Windows-1252)."""
+"""Begins a table for Word or Excel. Without it, they decode accented letters wrongly (as Windows-1252)."""
 
 
 def format_csv(rows: Iterable[Iterable[object]]) -> str:

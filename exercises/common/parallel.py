@@ -33,7 +33,8 @@ CORE_COUNT = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") el
 """The number of cores that this process may use."""
 START_METHODS = multiprocessing.get_all_start_methods()
 HAS_FORK_SERVER = "forkserver" in START_METHODS
-"""Whether processes can be forked from a server that has loaded everything; on Windows, every process loads it."""
+"""Whether processes can be forked from a server that has loaded everything; on Windows, each loads everything
+itself."""
 CAN_FORK = sys.platform == "linux" and "fork" in START_METHODS
 """Whether this process may be forked, if it has no other threads; on macOS, system libraries fail after a fork.
 
@@ -47,17 +48,17 @@ if HAS_FORK_SERVER:
 
 
 def map_in_order(
-    work: Callable[[State, Item], Result], items: Sequence[Item], jobs: int, setup: Setup[State],
+    function: Callable[[State, Item], Result], items: Sequence[Item], jobs: int, setup: Setup[State],
     arguments: tuple[Any, ...], result_if_lost: Callable[[Item], Result] | None = None,
 ) -> Generator[Result, None, None]:  # fmt: skip
-    """Yield `work(state, item)` for each item in order, on up to `jobs` processes.
+    """Yield `function(state, item)` for each item in order, on up to `jobs` processes.
 
     Each process creates its state once by `setup(*arguments)`. At the end, it calls the state's method `close`, if
     there is one. Close the generator (`contextlib.closing`) so that the processes end after Ctrl-C or an exception.
 
     If a process dies, QdotError is raised after the finished results. If there is a `result_if_lost`, the items that
     may have been in progress are repeated instead, each in a separate process. If an item kills two processes, its
-    result is `result_if_lost(item)`. So `work` must be safe to repeat. With one job and without `result_if_lost`,
+    result is `result_if_lost(item)`. So `function` must be safe to repeat. With one job and without `result_if_lost`,
     everything runs in this process.
     """
     jobs = min(jobs, len(items))
@@ -65,24 +66,24 @@ def map_in_order(
         state = setup(*arguments)
         try:
             for item in items:
-                yield work(state, item)
+                yield function(state, item)
         finally:
             _close_state(state)
         return
-    run_pool = functools.partial(_run_pool, work, setup, arguments)
-    done_count = 0
-    while done_count < len(items):
+    run_pool = functools.partial(_run_pool, function, setup, arguments)
+    finished_count = 0
+    while finished_count < len(items):
         try:
-            with closing(run_pool(items[done_count:], jobs)) as results:
+            with closing(run_pool(items[finished_count:], jobs)) as results:
                 for result in results:
-                    done_count += 1
+                    finished_count += 1
                     yield result
         except BrokenProcessPool:
             if result_if_lost is None:
                 advice = "if the machine ran out of memory, use a smaller --jobs"
                 raise QdotError(f"a worker process died; run the same command again ({advice})") from None
-            for item in items[done_count : done_count + jobs + 1]:  # a pool has at most these in progress
-                done_count += 1
+            for item in items[finished_count : finished_count + jobs + 1]:  # a pool has at most these in progress
+                finished_count += 1
                 yield _run_alone(run_pool, item, result_if_lost)
 
 
@@ -94,9 +95,9 @@ def open_pool(jobs: int, setup: Setup[State], arguments: tuple[Any, ...]) -> Pro
     return ProcessPoolExecutor(jobs, context, _start_worker, (setup, arguments))
 
 
-def submit_to_pool(pool: ProcessPoolExecutor, work: Callable[[State, Item], Result], item: Item) -> Future[Result]:
-    """Have a process of the pool compute `work(state, item)`. Raises BrokenProcessPool if one of them has died."""
-    return pool.submit(_run_item, work, item)
+def submit_to_pool(pool: ProcessPoolExecutor, function: Callable[[State, Item], Result], item: Item) -> Future[Result]:
+    """Have a process of the pool compute `function(state, item)`. Raises BrokenProcessPool if one of them has died."""
+    return pool.submit(_run_item, function, item)
 
 
 def return_state(state: State) -> State:
@@ -107,7 +108,7 @@ def return_state(state: State) -> State:
 def _run_alone(
     run_pool: Callable[..., Iterator[Result]], item: Item, result_if_lost: Callable[[Item], Result]
 ) -> Result:
-    """Return `work(state, item)` from a separate process, or from a second one if the first dies."""
+    """Return `function(state, item)` from a separate process, or from a second one if the first dies."""
     for _ in range(2):
         try:
             (result,) = run_pool([item], jobs=1)
@@ -118,10 +119,10 @@ def _run_alone(
 
 
 def _run_pool(
-    work: Callable[[State, Item], Result], setup: Setup[State], arguments: tuple[Any, ...], items: Sequence[Item],
+    function: Callable[[State, Item], Result], setup: Setup[State], arguments: tuple[Any, ...], items: Sequence[Item],
     jobs: int,
 ) -> Generator[Result, None, None]:  # fmt: skip
-    """Yield `work(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
+    """Yield `function(state, item)` for each item from `jobs` new processes. Raises BrokenProcessPool if one dies."""
     earlier_children = set(multiprocessing.active_children())
     is_forked = CAN_FORK and threading.active_count() == 1
     uses_fork_server = HAS_FORK_SERVER and not is_forked
@@ -129,7 +130,7 @@ def _run_pool(
         "fork" if is_forked else "forkserver" if uses_fork_server else "spawn"
     )
     if uses_fork_server:
-        context.set_forkserver_preload([work.__module__])
+        context.set_forkserver_preload([function.__module__])
     with ProcessPoolExecutor(jobs, context, _start_worker, (setup, arguments)) as pool:
         try:
             if uses_fork_server:
@@ -141,7 +142,7 @@ def _run_pool(
                     forkserver.ensure_running()  # unless it is already running
                 with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
-                    results = pool.map(functools.partial(_run_item, work), items)
+                    results = pool.map(functools.partial(_run_item, function), items)
             yield from results
         except BrokenProcessPool:
             raise
@@ -153,7 +154,7 @@ def _run_pool(
 
 @contextmanager
 def _defer_stop() -> Iterator[None]:
-    """Hold back termination signals until the block ends; processes that the block starts ignore the terminal's."""
+    """Hold back termination signals until the block ends; processes started in it ignore a terminal's signals."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -211,11 +212,11 @@ def _start_worker(setup: Callable[..., object], arguments: tuple[Any, ...]) -> N
     Finalize(None, _close_state, (_state,), exitpriority=10)  # at the normal end of the process
 
 
-def _run_item(work: Callable[[Any, Item], Result], item: Item) -> Result:
+def _run_item(function: Callable[[Any, Item], Result], item: Item) -> Result:
     global _is_busy  # noqa: PLW0603 - says whether there is something to tidy up
     _is_busy = True
     try:
-        return work(_state, item)
+        return function(_state, item)
     except SystemExit:
         _exit_worker()
     finally:

@@ -1,4 +1,4 @@
-"""Limit the processor time of work that can't be interrupted otherwise, such as SymPy's.
+"""Limit the processor time of computations that can't be interrupted otherwise, such as those of SymPy.
 
 Only the processor time of this process (user and system) counts, not the time in which the process waits.
 """
@@ -21,7 +21,8 @@ DEFAULT_SECONDS, MIN_SECONDS, MAX_SECONDS = 60.0, 0.1, 1e8
 CHECK_INTERVAL = 0.05
 """Seconds between two checks of the limits.
 
-If a limit is exceeded, each check raises the exception again: Python drops one raised in a destructor."""
+If a limit is exceeded, every check raises the exception again, because Python drops exceptions raised in a
+destructor."""
 
 
 class OutOfTime(BaseException):
@@ -60,7 +61,7 @@ def time_limit(seconds: float) -> Iterator[None]:
 
 
 def end_watchdog(watchdog: "Watchdog") -> None:
-    """End a watchdog, even if its exception is raised meanwhile."""
+    """End a watchdog, even if it raises its exception at the same time."""
     while True:
         try:
             watchdog.end()
@@ -70,10 +71,10 @@ def end_watchdog(watchdog: "Watchdog") -> None:
 
 
 class Watchdog:
-    """Raises OutOfTime in the thread that created it, again and again from `seconds` of processor time until `end`.
+    """Raises OutOfTime in the thread that created it, repeatedly from the time limit until `end` is called.
 
-    The exception is raised between two Python instructions. One thread, started when it is needed, serves all watchdogs
-    of the process, because to start a thread takes longer than most tasks.
+    The exception is raised between two Python instructions. One thread serves all watchdogs of the process, because
+    starting a thread takes longer than most tasks.
     """
 
     def __init__(self, seconds: float) -> None:

@@ -11,7 +11,7 @@ from qdot.exercises.common.errors import QdotError, make_name_error
 VARIATION_AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
 """The properties that may vary, in the order in which they are sampled; "senses" are the senses of the joint axes.
 
-Each family has some (`families.family`)."""
+`families.family` says which of them apply to a family."""
 
 VARIATION_STEPS: dict[str, tuple[str, ...]] = {
     "chapter": (),
