@@ -27,7 +27,7 @@ _ROUNDING_ERROR = sp.Float("1e-50")
 _ROUNDED_DECIMALS = 10
 """Number of decimals to which a number without a simple form is rounded."""
 _MAX_DENOMINATOR = 10**8
-"""The largest denominator of a fraction that is not a decimal; under a root, its square.
+"""The largest denominator of a fraction that is not a decimal; under a root, the square of this number is allowed.
 
 Lengths along an axis with the direction (1, 2, 3) or (0, 3, 4) have large denominators. A fraction that matches 45
 digits is not a coincidence.
@@ -118,15 +118,15 @@ def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base,
 
     The origin of frame i is where axis i + 1 meets the common normal of the axes i and i + 1. The axis of a prismatic
     joint is first moved to the preceding origin. The last frame is at the point of interest, so None is returned for
-    the point. An exception is made if theta of the last row is not a multiple of pi/12. Then the last row contains only
-    the joint, and the point is returned in the coordinates of the last frame.
+    the point. However, if theta of the last row would not be a multiple of pi/12, the last row contains only the joint,
+    and the point is returned in the coordinates of the last frame.
     """
     table_frame = _TableFrame(_choose_base_frame(axes[0]))
     base, _ = split_base_pose(table_frame.frame)
     joints, tool = [], None
     for number, axis in enumerate(axes, 1):
         previous_frame, frame = table_frame, table_frame.frame
-        # a last axis without a kind leads to the point of interest
+        # the last row leads to the point of interest, given as a point on an axis without a kind
         next_axis = axes[number] if number < len(axes) else Axis("", frame.rotation[:, 2], point)
         row, table_frame = _compute_next_row(previous_frame, next_axis)
         if number == len(axes) and not (12 * row.theta / sp.pi).is_Integer:
@@ -159,8 +159,8 @@ def _choose_base_frame(axis: Axis) -> Pose:
 class _TableFrame:
     """A frame of the table: `frame`, rotated about its z axis by the angle `z_rotation`.
 
-    If the angle depends on symbolic lengths, a rotation matrix would contain roots. Therefore `frame` leaves it out.
-    The angles of parallel axes are added, so that such roots occur only in the angle and in a distance.
+    If the angle depends on symbolic lengths, its rotation matrix would contain roots. Therefore it is stored
+    separately. The angles of parallel axes are added, so that such roots occur only in the angle and in a distance.
     """
 
     frame: Pose
@@ -277,7 +277,7 @@ def _recognize_sum_of_roots(number: sp.Float) -> sp.Expr | None:
 
 
 def compute_angle(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Return the angle in (-pi, pi] with a numeric cosine and sine; the angle is rounded if no exact form is found."""
+    """Return the angle in (-pi, pi] with this numeric cosine and sine, rounded if no exact form is found."""
     cosine, sine = evaluate_entry(cosine), evaluate_entry(sine)
     value = sp.atan2(sine, cosine).n(_DIGITS)
     multiple = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
@@ -308,7 +308,9 @@ def _is_negative(value: sp.Expr) -> bool:
 def move_point_along_axes(
     axes: Sequence[Axis], point: sp.Matrix, q: np.ndarray, lengths: dict[sp.Symbol, float]
 ) -> np.ndarray:
-    """Return the position (3, m) at joint values q (n) of a point that moves with the last joint; `point` is at home.
+    """Return the position (3, m), at joint values q (n), of a point that moves with the last joint.
+
+    `point` is the position at home.
 
     The point is rotated about (Rodrigues' formula) or moved along each axis, the last axis first. No table is used, so
     that the result can check a table. `lengths` maps symbolic lengths to their values.

@@ -27,13 +27,13 @@ CONVENTIONS = tuple(REGISTRY)
 """The names of the conventions in which an arm can be described."""
 
 DEFAULT_CONVENTION = StandardDh.name
-"""The convention of an arm for which none is stated."""
+"""The convention if none is stated."""
 
 TWIST_ORDERS = Screws.twist_orders
 """The possible orders of omega and v in a twist, for arms described by their axes."""
 
 DEFAULT_TWIST_ORDER = TWIST_ORDERS[0]
-"""The order of twists for which none is stated: omega first."""
+"""The order of twists if none is stated: omega first."""
 
 Triple = tuple[sp.Expr, sp.Expr, sp.Expr]
 """The coordinates x, y, z of a point (m), or the angles roll, pitch, yaw (rad)."""
@@ -79,8 +79,7 @@ class Joint(HasKind):
     """One row of the table: the joint's kind, and theta (rad), d (m), a (m), alpha (rad).
 
     The entry theta of a revolute joint is its variable theta_i plus its offset. The entry d of a prismatic joint is its
-    variable d_i plus its offset.
-    Raises QdotError if the kind is neither "R" nor "P".
+    variable d_i plus its offset. Raises QdotError if the kind is neither "R" nor "P".
 
     >>> Joint("R", "theta1 + pi/2", 0, "a1", 0).theta
     theta1 + pi/2
@@ -104,7 +103,7 @@ class Joint(HasKind):
 
     @property
     def fixed_entry(self) -> sp.Expr:
-        """The constant one of the entries theta and d: d of a revolute joint, theta of a prismatic joint."""
+        """The entry theta or d that is constant: d of a revolute joint, theta of a prismatic joint."""
         return self.d if self.is_revolute else self.theta
 
     def with_variable_entry(self, value: sp.Expr) -> "Joint":
@@ -143,7 +142,8 @@ class Point:
 class Chain:
     """A robot arm with its task.
 
-    - `name`: the name in messages and problem ids; `title`: the name for people, if there is another one.
+    - `name`: the name in messages and problem ids.
+    - `title`: the name that people see in headings, if it is different.
     - `joints`: the rows of the standard (distal) table.
     - `task`: the rows of the Jacobian that the task needs, some of VELOCITY_NAMES.
     - `tool`: the point of interest P; if `tool` is None, P is the origin of the last frame.
@@ -268,7 +268,7 @@ class Chain:
         """
         if self.base.tilt not in (0, sp.pi):
             return False
-        # P's offset in the axes of its frame before they are rotated by alpha about x, so that z is its joint's axis
+        # the offset of P, rotated back by alpha about x, so that its z coordinate is along the joint's axis
         alpha = self.joints[self.point.frame - 1].alpha if self.point.frame else sp.S.Zero
         _, y, z = self.point.offset
         offset_y, offset_z = sp.cos(alpha) * y - sp.sin(alpha) * z, sp.sin(alpha) * y + sp.cos(alpha) * z

@@ -114,8 +114,8 @@ def compute_frame_after(joints: Iterable[Joint]) -> Pose:
 def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | None) -> sp.Matrix:
     """Return a Jacobian in the coordinates of the standard frame with the number `frame`.
 
-    - If `reference_frame` is a number: the 6 x n Jacobian of the last link. The reference point is that frame's origin.
-    - If `reference_frame` is None: the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
+    - If `reference_frame` is a number, this is the 6 x n Jacobian of the last link about the origin of that frame.
+    - If `reference_frame` is None, this is the 3 x n Jacobian of P. Then P must not be fixed in a frame before `frame`.
     """
     end_frame = chain.point.frame if reference_frame is None else reference_frame
     pose = compute_frame_after(chain.joints[min(frame, end_frame) : max(frame, end_frame)])
@@ -138,8 +138,7 @@ def compute_jacobian_in_frame(chain: Chain, frame: int, reference_frame: int | N
 
 
 _to_float = lru_cache(maxsize=4096)(float)
-"""Converts a number of the table to a float; conversions are cached, because an arm uses the same number dozens of
-times."""
+"""Converts a number of the table to a float; cached, because an arm uses the same number dozens of times."""
 
 
 class NumericChain:
@@ -149,7 +148,7 @@ class NumericChain:
     methods take many configurations at once, an array of shape (…, n).
 
     - `kinds`, `is_revolute`, `joint_offsets`: the kind of each joint, whether it is revolute, and its joint offset.
-    - `fixed_entries`, `a`: the constant one of d and theta of each joint, and a of each joint.
+    - `fixed_entries`, `a`: the entry d or theta of each joint that is constant, and a of each joint.
     - `point_frame`, `point_offset`: the frame in which P is fixed, and the homogeneous coordinates of P in it (4).
     """
 
@@ -178,7 +177,7 @@ class NumericChain:
 
     @staticmethod
     def stack(arms: Sequence["NumericChain"]) -> "NumericChain":
-        """Return k arms with the same structure as one object, for configurations (k, m, n), m of each arm."""
+        """Return k arms with the same structure as one object, for m configurations of each arm, (k, m, n)."""
         first_arm = arms[0]
         combined_arm = copy(first_arm)
         if all(arm is first_arm for arm in arms):

@@ -16,7 +16,7 @@ from qdot.exercises.arm.chain import Chain
 DIGITS = 30
 """The number of digits of PRECISE_CONTEXT."""
 FLOAT_CONTEXT: Any = mpmath.fp
-"""The context of floats, which is fast. It is used for searches, and for decisions with a margin."""
+"""The context of floats, which is fast. It is used for searches, and for decisions that tolerate rounding errors."""
 PRECISE_CONTEXT: Any = mpmath.MPContext()
 """The context of 30 digits. Its results, when rounded to ten digits, are the same on every machine."""
 PRECISE_CONTEXT.dps = DIGITS

@@ -20,7 +20,7 @@ Values = Mapping[sp.Symbol, sp.Expr]
 MAX_ITERATIONS = 12
 """Maximum number of Newton steps."""
 MAX_JUMP = 0.3
-"""If a joint value (rad or m) differs more from its prediction, the arm has jumped to another branch of solutions."""
+"""Maximum difference of a joint value (rad or m) from its prediction; a larger one means a jump to another branch."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class StraightPath:
         for _ in range(MAX_ITERATIONS):
             point, jacobian = self.arm.compute_point_and_jacobian(q)
             error = [a - point[row] for a, row in zip(target_point, self.arm.task_rows, strict=True)]
-            if max(map(abs, error)) < 64 * self.context.eps:  # zero up to the rounding of some additions
+            if max(map(abs, error)) < 64 * self.context.eps:  # zero except for rounding errors
                 return q
             try:
                 step = solve_linear([jacobian[row] for row in self.arm.task_rows], error, self.context)
@@ -82,7 +82,7 @@ class StraightPath:
     ) -> Iterator[PathSample]:
         """Yield samples, in floats, at s = 0, `step_length`, 2 `step_length` and so on up to `end_distance`.
 
-        `end_distance` is the length of the line by default. Stop early if sigma_min/sigma_max of J falls
+        `end_distance` is by default the length of the line. The samples end early if sigma_min/sigma_max of J falls
         below `min_conditioning`, or if the arm would jump to another branch of solutions.
         """
         last_distance = float(self.length) if end_distance is None else end_distance

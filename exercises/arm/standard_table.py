@@ -54,7 +54,7 @@ MAX_SHOWN_OPERATIONS = 40
 """Maximum number of operations in a coordinate that is shown unchanged."""
 
 ArmTable = tuple[Base, tuple[Joint, ...], Point | None]
-"""Base, standard table and point of interest of an arm; None if the point is the origin of the last frame."""
+"""Base, standard table and point of interest of an arm; the point is None if it is the origin of the last frame."""
 
 
 def convert_standard_rows(rows: Sequence[WrittenRow], base: Pose, point: Point | None) -> ArmTable:
@@ -179,7 +179,7 @@ def _simplify_coordinate(entry: sp.Expr) -> sp.Expr:
 # --- rounding ---
 
 
-def _yield_poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Convention]) -> Iterator[Pose]:
+def _iterate_poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Convention]) -> Iterator[Pose]:
     """Yield for each row of a table the pose before its rotation about z, and finally the pose after the last row."""
     pose = base
     for row in rows:
@@ -194,7 +194,7 @@ def _yield_poses_at_home(rows: Iterable[Joint], base: Pose, convention: type[Con
 
 def compute_axes_of_rows(rows: Sequence[WrittenRow], base: Pose, convention: type[Convention]) -> list[Axis]:
     """Return the axes of an arm at home in the world frame, given the rows of a table and the pose of frame 0."""
-    poses = _yield_poses_at_home(rows, base, convention)
+    poses = _iterate_poses_at_home(rows, base, convention)
     return [Axis(row.kind, pose.rotation[:, 2], pose.origin) for row, pose in zip(rows, poses, strict=False)]
 
 
@@ -211,7 +211,7 @@ def is_table_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None
     base, position = chain.base, sp.Matrix(chain.base.position).xreplace(values)
     rows = [Joint(j.kind, *(entry.xreplace(values) for entry in (j.theta, j.d, j.a, j.alpha))) for j in chain.joints]
     base_pose = Pose(rot_z(base.yaw) * rot_x(base.tilt), position) @ IDENTITY_POSE  # `@` evaluates the numbers
-    poses = list(_yield_poses_at_home(rows, base_pose, StandardDh))
+    poses = list(_iterate_poses_at_home(rows, base_pose, StandardDh))
     deviations: list[sp.Expr] = []
     for axis, pose in zip(axes, poses, strict=False):
         z, axis_point = pose.rotation[:, 2], axis.point.xreplace(values)

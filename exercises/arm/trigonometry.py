@@ -1,8 +1,8 @@
 """Write trigonometric polynomials in textbook form, and test exactly whether two of them are equal.
 
 A trigonometric polynomial is a polynomial in lengths and in sines and cosines of sums of angles, such as an entry of a
-Jacobian. An angle may occur several times in a sum, as in 2 theta1 - theta2. A sine or cosine is called a trig. Three
-forms are used here:
+Jacobian. An angle may occur several times in a sum, as in 2 theta1 - theta2. In names, `trig` stands for a sine or
+cosine. Three forms are used here:
 
 - The Fourier form is a sum of coefficient * cos(sum) and coefficient * sin(sum). This form is often the shortest.
 - The polynomial in the sine s and the cosine c of each single angle, with s^2 + c^2 = 1, is unique up to that relation.
@@ -20,7 +20,7 @@ import sympy as sp
 
 @dataclass(frozen=True)
 class FourierForm:
-    """A sum of terms A cos(phi) + B sin(phi), in which each phi is another sum of integer multiples of `angles`.
+    """A sum of terms A cos(phi) + B sin(phi), in which each phi is a different sum of integer multiples of `angles`.
 
     `terms` maps the multiples of the angles in phi to (A, B). The first multiple that is not zero is positive.
     """
@@ -45,8 +45,8 @@ class FourierForm:
 def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     """Return the Fourier form of a trigonometric polynomial.
 
-    With e = exp(i angle), the sine and the cosine of an angle are sums of e and 1/e, for which two symbols are used. In
-    the expanded polynomial, the exponents of e minus those of 1/e in a term are the multiples of the angles. Raises
+    The sine and the cosine of an angle are combinations of e = exp(i angle) and 1/e, for which two symbols are used. In
+    a term of the expanded polynomial, the exponent of e minus that of 1/e is the multiple of the angle. Raises
     ValueError if the expression is not a trigonometric polynomial with integer multiples.
     """
     trigs = _list_trigs(expression)
@@ -128,7 +128,7 @@ def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Factored:
-    """A product of a rational coefficient and of factors with their powers. No factor occurs twice, even negated."""
+    """A product of a rational coefficient and of factors with their powers. Factors differ by more than a sign."""
 
     coefficient: sp.Rational
     factors: tuple[tuple[sp.Expr, int], ...]
@@ -329,11 +329,11 @@ def _name_trigs(expression: sp.Expr) -> tuple[dict[sp.Expr, sp.Symbol], dict[sp.
 
 
 _MAX_FOURIER_GROWTH = 3
-"""A Fourier form is not tried as a shorter form of a factor if it has more than this many times the factor's terms."""
+"""A Fourier form with more than this many times the terms of a factor is not tried as a shorter form of the factor."""
 
 
 def _find_shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
-    """Return the shortest form of a factor, split into its rational content and a remaining form.
+    """Return the shortest form of a factor as a product of a rational number and a remaining form.
 
     The first term of the remaining form is positive. These forms are compared: the factor itself, its Fourier form, and
     forms with expanded angles or replaced squares. In forms with expanded angles, a sum of lengths times a product of
@@ -345,7 +345,7 @@ def _find_shortest_form(factor: sp.Expr) -> tuple[sp.Rational, sp.Expr]:
         if not fourier_form.terms:
             return sp.S.One, sp.S.Zero
         forms += _reduce_squares(factor)
-        # a long Fourier form would only get longer if its angles were expanded
+        # a longer Fourier form would become even longer if its angles were expanded
         if fourier_form.term_count <= _MAX_FOURIER_GROWTH * len(factor.args):
             expanded_form = sp.expand(sp.expand_trig(fourier_form.to_expression()))
             long_forms = (expanded_form, *_reduce_squares(expanded_form))
@@ -413,8 +413,8 @@ def to_textbook_form(expression: sp.Expr) -> sp.Expr:
 def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
     """Return any expression in textbook form, also if it has roots, sums in denominators, or other functions.
 
-    First, what is in a root, in a denominator or in a function is written in textbook form. Then the root, the
-    denominator or the function is treated as a symbol. If an expression has no textbook form, it is left unchanged.
+    First, the contents of roots, denominators and functions are written in textbook form. Then each root, denominator
+    or function is treated as a symbol. An expression without a textbook form is left unchanged.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> write_in_textbook_form(sp.sqrt((a1 * sp.cos(t1)) ** 2 + (a1 * sp.sin(t1)) ** 2 + 3) * t2)
@@ -453,7 +453,7 @@ def to_textbook_matrix(matrix: sp.Matrix) -> sp.Matrix:
 
 
 def count_terms(entries: sp.Matrix, ignored_values: tuple[int, ...] = (0,)) -> int:
-    """Return the number of terms of all entries of a matrix, multiplied out, without entries in `ignored_values`."""
+    """Return the number of terms of a matrix's entries, multiplied out. Entries in `ignored_values` don't count."""
     return sum(len(sp.Add.make_args(sp.expand(entry))) for entry in entries if entry not in ignored_values)
 
 

@@ -1,7 +1,7 @@
 """Define the three kinds of values with which a derivation computes: numbers, SymPy expressions, or formula trees.
 
 A derivation (`derivation.graph`) is written once and works with each kind. A value is a NumPy array. Its first axes are
-the rows and columns of a vector or matrix. Its last axes belong to the kind of values, which is called an arithmetic. A
+the rows and columns of a vector or matrix. Its last axes depend on the kind of values, which is called an arithmetic. A
 *stepped* value also carries the derivatives with respect to the joint variables, from which a Jacobian is computed.
 """
 
@@ -73,7 +73,7 @@ class NumericArithmetic:
             return np.asarray(np.sqrt(square))
 
     def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return stepped values without their derivatives, (…, N)."""
+        """Return the values (…, N) of a stepped array, without the derivatives."""
         return np.asarray(stepped[..., 0].real)
 
     def compute_derivatives(self, stepped: np.ndarray) -> np.ndarray:
@@ -102,7 +102,7 @@ class _FormulaArithmetic:
         self._differentiators = [np.frompyfunc(partial(differentiate, name), 1, 1) for name in joints]
 
     def drop_derivatives(self, stepped: np.ndarray) -> np.ndarray:
-        """Return the array unchanged, because it has no steps."""
+        """Return the array unchanged, because it carries no derivatives."""
         return stepped
 
     def compute_derivatives(self, stepped: np.ndarray) -> np.ndarray:

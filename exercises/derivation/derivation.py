@@ -1,8 +1,8 @@
-"""Derive all results of the chapter for the symbolic arm of an arm, and substitute the arm's numbers.
+"""Derive all results of the chapter with symbols for an arm's numbers, and then substitute the numbers.
 
 The *symbolic arm* has a symbol for every nonzero length and for every angle that is not a multiple of pi/2, and no
-joint offsets. Arms with the same symbolic arm are said to have the same *structure*. Results for the symbolic arm hold
-for all of these arms, so they are derived once. Its Jacobian is derived by two routes, which must give exactly the same
+joint offsets. Arms with the same symbolic arm have the same *structure*. The results for the symbolic arm hold for all
+of these arms, so they are derived only once. The Jacobian is derived by two routes, which must give exactly the same
 formulas.
 """
 
@@ -200,7 +200,7 @@ def _derive_minors(chain: Chain) -> tuple[Factored, ...]:
 
 
 _minor_loaders: dict[Chain, Callable[[], tuple[Factored, ...]]] = {}
-"""For an arm, a function that loads the minors that the grader has stored."""
+"""For some arms, a function that loads the minors of the symbolic arm from the grader's files."""
 _MAX_LOADERS = 64
 """If there are loaders for this many arms, all are removed, so that grading a large class does not fill the memory."""
 

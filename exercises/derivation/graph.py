@@ -1,9 +1,9 @@
 """Compute a derivation as a student does it: in stages that build on one another, any of which may contain a mistake.
 
 A *stage* is one step of the derivation with one result, such as the rotations, the axes or the Jacobian (STAGES). A
-mistake replaces the result of a stage, and later stages use the wrong result. Results are arrays. Rows and columns of
-vectors and matrices are the first array axes; the axes that belong to the arithmetic (`arithmetic`) are the last.
-Shapes below show the latter as "…".
+mistake replaces the result of a stage, and later stages use the wrong result. Results are arrays. The first axes of an
+array are the rows and columns of a vector or matrix. The last axes, shown as "…" in shapes, belong to the arithmetic:
+in numbers, for example, there is one axis for the configurations (see `arithmetic`).
 """
 
 from collections.abc import Callable, Mapping
@@ -73,9 +73,9 @@ Change = Callable[["StageResults", Any], Any]
 class StageResults:
     """The results of a derivation for one arm in one arithmetic; stages (STAGES) are computed on demand.
 
-    `changes` are the mistakes in the derivation, each with the name of its stage. If these results were made by adding
-    mistakes (`new_changes`) to other results, `base_results` are those other results. Results that the new mistakes
-    cannot affect are taken from `base_results`.
+    `changes` are the mistakes in the derivation, each with the name of its stage. `with_mistakes` adds mistakes to
+    earlier results: then these are the `base_results`, and the added mistakes are the `new_changes`. Results that the
+    new mistakes can't affect are taken from `base_results`.
     """
 
     chain: Chain
@@ -136,7 +136,7 @@ class StageResults:
         return self._shortened_results[joint_count]
 
     def depends_on(self, stage: str) -> bool:
-        """Return whether a result computed so far, also for the first joints only, depends on a stage."""
+        """Return whether a result computed so far depends on a stage, including the results of `keep_first_joints`."""
         computed_stages = {name for stages in (self, *self._shortened_results.values()) for name in stages._results}
         return any(stage == name or stage in list_prerequisites(name) for name in computed_stages)
 
@@ -146,7 +146,7 @@ class StageResults:
         return self.chain.n
 
     def stack_symbol_values(self, names: Any) -> np.ndarray:
-        """Return symbols with these names, none of them joint variables, as a vector (k, …)."""
+        """Return the values of symbols that are not joint variables as a vector (k, …)."""
         return np.stack([self.arithmetic.get_symbol_value(str(name)) for name in names])
 
 
@@ -216,7 +216,7 @@ def _compute_local_links(stages: StageResults) -> list[np.ndarray]:
 
 
 def _compute_links(stages: StageResults) -> list[np.ndarray]:
-    """Return the vectors of `_compute_local_links` in the world frame."""
+    """Return the link vectors and the vector to P in the world frame, each (3, …)."""
     rotations, local_vectors = stages["rotations"], stages["local link vectors"]
     vectors = [apply_matrix(rotations[k], local_vectors[k]) for k in range(stages.n)]
     return [*vectors, apply_matrix(rotations[stages.chain.point.frame], local_vectors[stages.n])]
@@ -228,7 +228,7 @@ def list_links_to_point(chain: Chain) -> list[int]:
 
 
 def _stack_without_derivatives(stages: StageResults, vectors: list[np.ndarray]) -> np.ndarray:
-    """Return stepped vectors without their derivatives as one array, (k, 3, …)."""
+    """Return vectors without their derivatives as one array, (k, 3, …)."""
     return np.stack([stages.arithmetic.drop_derivatives(vector) for vector in vectors])
 
 

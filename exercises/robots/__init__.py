@@ -1,4 +1,4 @@
-"""Read arms from files: a user's own, or the library's, of which each robot is a file in this folder.
+"""Read arms from files: a user's own arm, or a robot of the library, whose files are in this folder.
 
 Each module uses only modules above it in this list:
 

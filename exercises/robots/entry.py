@@ -39,7 +39,7 @@ _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _TOKEN = re.compile(rf"(?P<number>{_NUMBER})|(?P<name>[^\W\d]\w*)|(?P<other>\S)")
 
 _UNITS = frozenset({"rad", "radian", "radians", "°", "deg", "degree", "degrees", "m", "cm", "mm"})
-"""Units, which are recognised only to be refused, because entries are in radians and metres."""
+"""Units, which are refused, because entries are always in radians and metres."""
 
 
 def _get_unit_hint(is_angle: bool) -> str:

@@ -1,7 +1,7 @@
 """List the library of real robots, and find a robot's file by its name.
 
-This folder has one file for each robot, in the convention of the source of its numbers. A robot's
-name is the name of its file without the extension, such as panda or ur5e; upper case, hyphens and spaces don't matter.
+This folder has one file for each robot, in the convention of the source of its numbers. A robot's name is the name of
+its file without the extension, such as panda or ur5e. In a name, upper case, hyphens and spaces don't matter.
 """
 
 import difflib

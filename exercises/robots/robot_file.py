@@ -154,7 +154,7 @@ def read_robot_file(path: Path, tip: str = "", base: str = "") -> Robot:
     """Return the robot that a file describes: a URDF if the file's name ends in .urdf or .xml, else a ROBOT.toml.
 
     For a URDF, `tip` is the link at the end of the chain, and `base` is the link at its beginning. Raises QdotError,
-    whose message says what to correct where.
+    whose message says what to correct, and where.
     """
     if path.suffix.lower() in (".urdf", ".xml"):
         return _convert_urdf(path, read_urdf(path, tip, base))
@@ -180,7 +180,7 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
     chain, snapped_offsets = _snap_table_offsets(chain, tolerance)
     if snapped_offsets:
         notes.append(make_offset_note(path, [f"{name} of the table" for name in snapped_offsets], tolerance))
-        axes = tuple(map(_move_point_onto, compute_home_geometry(chain).axes, axes))
+        axes = tuple(map(_move_point_near, compute_home_geometry(chain).axes, axes))
     chain = chain.with_task(*choose_default_task(chain))
     return Robot(
         chain, notes=tuple(notes), limits=urdf_chain.limits, written_arm=_describe_axes(axes),
@@ -191,7 +191,7 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
 def _snap_table_offsets(chain: Chain, tolerance: sp.Expr) -> tuple[Chain, list[str]]:
     """Remove offsets of at most `tolerance` (m) from an arm's table; return the arm, and the removed offsets as text.
 
-    Offsets of the file add up in the table, so a small one can remain after those of the file were removed.
+    An offset in the table may be a sum of offsets in the file. So it can be small although none of these was.
     """
     snapped_offsets: list[str] = []
 
@@ -206,8 +206,8 @@ def _snap_table_offsets(chain: Chain, tolerance: sp.Expr) -> tuple[Chain, list[s
     return chain.map_entries(snap), snapped_offsets
 
 
-def _move_point_onto(axis: Axis, former_axis: Axis) -> Axis:
-    """Return `axis` with its point moved to the point on it that is nearest to the point of `former_axis`."""
+def _move_point_near(axis: Axis, former_axis: Axis) -> Axis:
+    """Return `axis`, described by that point on it which is nearest to the point of `former_axis`."""
     distance = (former_axis.point - axis.point).dot(axis.direction)
     return replace(axis, point=(axis.point + distance * axis.direction).applyfunc(evaluate_entry))
 
@@ -225,7 +225,7 @@ def parse_robot(file: TomlFile) -> Robot:
 
 
 class _RobotReader:
-    """The reader of one ROBOT.toml; its methods raise QdotError, whose message says what to correct where."""
+    """The reader of one ROBOT.toml; its methods raise QdotError, whose message says what to correct, and where."""
 
     def __init__(self, file: TomlFile) -> None:
         file.check_keys((), TOP_KEYS, ("name", "joint"))
@@ -482,7 +482,7 @@ def _is_pair(value: object) -> TypeGuard[list[Any]]:
 
 
 def _describe_axes(axes: Sequence[Axis]) -> WrittenArm:
-    """Return axes as the description of an arm, with exact coordinates where these are recognised."""
+    """Return the description of an arm by its axes; coordinates are exact if qdot recognises them."""
     return WrittenArm(Screws, tuple(Axis(a.kind, make_exact(a.direction), make_exact(a.point)) for a in axes))
 
 

@@ -1,8 +1,8 @@
 """Read a robot from a URDF, the robot format of ROS: the axes at home of the joints from a base link to a tip link.
 
 Only the properties of a serial chain are read: joints with their type, parent, child, origin, axis, limits and mimic. A
-joint that copies the motion of another joint (mimic) has a variable of its own, unless the other joint is in the chain,
-too. The elements `joint` and `link` are specified at http://wiki.ros.org/urdf/XML.
+joint that copies the motion of another joint (mimic) becomes an independent joint. If both joints are in the chain,
+this is an error. The elements `joint` and `link` are specified at http://wiki.ros.org/urdf/XML.
 
 Files made by CAD programs and by calibration contain rounding errors. Therefore angles near a multiple of pi/12 and
 offsets near zero are snapped: replaced by that multiple, and by zero.
@@ -25,7 +25,7 @@ JOINT_KINDS = {"revolute": "R", "continuous": "R", "prismatic": "P"}
 ANGLE_TOLERANCE = sp.Rational(1, 1000)
 """Tolerance (rad) within which an angle counts as a multiple of pi/12: 1.57, 1.5708 and 3.1416 are common."""
 MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE = sp.Rational(1, 1000), sp.Rational(1, 1000)
-"""An offset counts as zero if it is at most this (m), and at most this fraction of the length of the chain."""
+"""Maximum size of an offset that counts as zero: in m, and as a fraction of the length of the chain."""
 _SILENT_TOLERANCE = sp.Rational(1, 10**6)
 """Numbers that change by less than this (rad or m) are snapped without a note."""
 _TOOL_FRAME_PATTERN = re.compile(r"(.*[_/-])?(tool0?|tcp|ee_link)")
@@ -39,7 +39,7 @@ class UrdfChain:
 
     - `tip`: the position of the origin of the last link (3 x 1, m).
     - `limits`: the limits of each joint (rad or m); None for a joint without limits.
-    - `offset_tolerance`: the offsets that count as zero are at most this (m).
+    - `offset_tolerance`: the maximum size of an offset that counts as zero (m).
     - `notes`: messages about the frame, about mimic joints, and about angles and offsets that were snapped.
     """
 
@@ -209,8 +209,8 @@ class _UrdfReader:
         return sum(joint.get("type") != "fixed" and joint.find("mimic") is None for joint in joints)
 
     def check_mimic_joints(self, chain_joints: Sequence[ElementTree.Element]) -> None:
-        """Note the mimic joints in the chain that are independent there. Raises QdotError for those that are not."""
-        first_joints: dict[str, ElementTree.Element] = {}  # for each joint that is not a mimic joint, the first copy
+        """Add a note about each mimic joint of the chain. Raises QdotError if its original is in the chain, too."""
+        first_joints: dict[str, ElementTree.Element] = {}  # for each original joint: the first joint that moves like it
         for joint in chain_joints:
             if joint.get("type") == "fixed":
                 continue
@@ -233,7 +233,7 @@ class _UrdfReader:
                 self.mimic_notes.append(f"{self.path}: {note}, {remark}")
 
     def _find_original(self, joint: ElementTree.Element) -> str:
-        """Return the name of the joint whose motion a joint copies, directly or through other joints, or its own name.
+        """Return the name of the joint that a joint copies, perhaps through other joints; its own if it copies none.
 
         Raises QdotError if there is no such joint.
         """
@@ -262,10 +262,8 @@ class _UrdfReader:
 
     def read_origin(self, joint: ElementTree.Element) -> Pose:
         """Return the pose of a joint's frame in its parent link, at home."""
-        xyz = [
-            self._snap_offset(joint, axis, value)
-            for axis, value in zip("xyz", self._read_position(joint), strict=True)
-        ]  # fmt: skip
+        position = zip("xyz", self._read_position(joint), strict=True)
+        xyz = [self._snap_offset(joint, axis, value) for axis, value in position]
         element = joint.find("origin")
         rpy_text = "0 0 0" if element is None else element.get("rpy", "0 0 0")
         rpy = self._parse_numbers(joint, "origin rpy", rpy_text)

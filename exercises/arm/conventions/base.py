@@ -1,4 +1,4 @@
-"""Define the base class of all conventions, which describes the standard table; subclasses override what differs.
+"""Define the base class of all conventions. Its methods are for the standard table; other conventions override them.
 
 All results are derived from the standard (distal) Denavit-Hartenberg table. A convention determines how an arm is
 presented, not how it moves.
@@ -30,7 +30,7 @@ VELOCITY_NAMES = ("vx", "vy", "vz", "wx", "wy", "wz")
 """The components of a six-dimensional velocity, linear first (6.6)."""
 
 NO_SIMPLE_MEANING = "these configurations have no simple geometric meaning"
-"""The statement about singular configurations if there is no simple description of what they look like."""
+"""The statement about singular configurations that have no simple description."""
 
 Entry = TypeVar("Entry")
 _ORIGIN_IN_WORDS = re.compile(r"the origin O(\d+)")
@@ -57,9 +57,10 @@ class Convention:
     shows_table: ClassVar[bool] = True
     """Whether students see the table from which everything is derived."""
     is_drawn_at_home: ClassVar[bool] = False
-    """Whether the figure shows the arm with all joint variables zero, and the joint axes there."""
+    """Whether the figure shows the arm, with its joint axes, in the configuration in which all joint variables are
+    zero."""
     fixed_frame: ClassVar[str] = "w"
-    """The letter of the frame that doesn't move, in which positions and directions are expressed."""
+    """The letter of the fixed frame, in which positions and directions are expressed."""
     specific_mistakes: ClassVar[frozenset[str]] = frozenset()
     """The names of mistakes that can only happen in this convention."""
     caption: ClassVar[str] = "Denavit–Hartenberg parameters"
@@ -122,7 +123,7 @@ class Convention:
 
     @staticmethod
     def split_row(row: "Joint") -> "Iterator[tuple[str, sp.Expr, sp.Expr]]":
-        """Yield the axis, the angle (rad) and the length (m) of each screw motion of which a row consists."""
+        """Yield the axis, the angle (rad) and the length (m) of both screw motions of a row."""
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a
 
@@ -136,7 +137,7 @@ class Convention:
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
     def distance_along_axis(self, row: "Joint") -> sp.Expr:
-        """Return the distance (m) from the standard origin on a joint's axis to the convention's origin on it."""
+        """Return the distance (m) along a joint's axis from the standard origin to the convention's origin."""
         return sp.S.Zero
 
     def frame_on_axis(self, joint: int) -> int:
@@ -163,7 +164,7 @@ class Convention:
     # --- names ---
 
     def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
-        """Return the name of a joint's axis; for None, return the name of the axis of a revolute joint i."""
+        """Return the name of a joint's axis; without a `joint`, the name of the axis of a revolute joint i."""
         return f"z_{{{self._axis_index(joint)}}}"
 
     @property
@@ -172,7 +173,7 @@ class Convention:
         return self.axis_name()
 
     def vector_name(self, joint: int | None = None) -> str:
-        """Return the name of the vector from a joint's axis to the point of interest; for None, the joint is i."""
+        """Return the name of the vector from a joint's axis to the point of interest; without a `joint`, of joint i."""
         return f"p^*_{{{self._axis_index(joint)}}}"
 
     def axis_to_type(self, joint: int) -> str:

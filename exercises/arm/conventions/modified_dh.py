@@ -2,8 +2,8 @@
 
 A row is Rx(alpha_{i-1}) Tx(a_{i-1}) Rz(theta_i) Tz(d_i). Rx and Tx commute, so they can be moved to the end of the
 preceding row. Therefore the standard and the modified table of an arm contain the same numbers: `alpha` and `a` are in
-row i of the standard table and in row i + 1 of the modified table. The last standard row has no such row i + 1; its
-`alpha` and `a` determine where P is in the last modified frame.
+row i of the standard table and in row i + 1 of the modified table. For the last standard row, there is no row i + 1.
+Its `alpha` and `a` become part of P's coordinates in the last modified frame.
 """
 
 from collections.abc import Iterator
@@ -82,7 +82,7 @@ class ModifiedDh(Convention):
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
     def distance_along_axis(self, row: "Joint") -> sp.Expr:
-        """Return the distance (m) along z_i from the standard origin on it, O_{i-1}, to the modified origin O_i: d."""
+        """Return d, the distance (m) along z_i from the standard origin O_{i-1} to the modified origin O_i."""
         return row.d
 
     def frame_on_axis(self, joint: int) -> int:
@@ -118,7 +118,7 @@ class ModifiedDh(Convention):
         return replace(shortened_arm, joints=(*first_rows, replace(last_row, a=sp.S.Zero, alpha=sp.S.Zero)))
 
     def origin_name(self, frame: int) -> str | None:
-        """Return the name of the point P or modified origin that always coincides with a standard origin, or None."""
+        """Return the name of the modified origin, or of P, that always coincides with a standard origin; else None."""
         chain = self.chain
         if frame < chain.n and chain.joints[frame].is_revolute and chain.joints[frame].d == 0:
             return f"O_{frame + 1}"
