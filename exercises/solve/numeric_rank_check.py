@@ -18,8 +18,8 @@ from qdot.exercises.verify.singular import find_singular_configurations
 START_COUNT, MAX_STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start to a branch."""
 LENGTH_SAMPLES, EXTRA_LENGTH_SAMPLES = 3, 12
-"""Number of random choices of the symbolic lengths (those without a numeric value), and the number of further choices,
-from a quarter to four times as long, for conditions that hold only for special lengths."""
+"""Number of random choices of the symbolic lengths; and for conditions that hold only for special lengths, number of
+further choices, from a quarter to four times as long."""
 EQUATION_TOLERANCE, RANK_TOLERANCE = 1e-11, 1e-7
 """Tolerances for residuals of solved equations, and for the smallest singular value of J over the largest."""
 DISTANCE_TOLERANCE = 1e-3
@@ -74,7 +74,7 @@ def check_rank_loss(
     rng = Stream(seed)
 
     def find_zeros(k: int, branch: _Branch, arm: NumericChain) -> np.ndarray:
-        """Return configurations on branch k, and store k if J keeps full rank at one of them."""
+        """Return configurations on branch k; add k to `full_rank_branches` if J keeps full rank at one of them."""
         has_converged, q = branch.find_zeros(choose_random_configurations(chain, rng, start_count))
         if has_converged.any() and not _loses_rank(arm, chain, q[has_converged]).all():
             full_rank_branches.add(k)
@@ -127,7 +127,7 @@ def _loses_rank(arm: NumericChain, chain: Chain, q: np.ndarray) -> np.ndarray:
 
 
 class _Branch:
-    """The conditions of one branch as numeric functions; each is divided by the mean size of its coefficients."""
+    """The conditions of one branch as numeric functions, each divided by the mean size of its coefficients."""
 
     def __init__(self, conditions: Sequence[sp.Expr], chain: Chain, lengths: dict[str, float]) -> None:
         values = {symbol: sp.Rational(lengths[symbol.name]) for symbol in chain.parameters}

@@ -33,7 +33,7 @@ _MAX_DESCRIBED_SAMPLES = 20
 class RemainingMatrix:
     """A matrix that remains after the elimination; its rank decides in some cases whether the arm is singular.
 
-    - `cases`: the conditions of each case.
+    - `cases`: the conditions of each case in which this matrix remains.
     - `joints`: the joint (counted from 1) of each column; 0 for a column that combines two joints.
     - `minors`: the maximal minors of the matrix, if the only known condition for rank loss is that all are zero; else
       empty.
@@ -63,9 +63,8 @@ class RedundantSingularities:
     - `components`: the components of the singular set that the numerical check confirmed.
     - `is_always_singular`: whether every configuration is singular.
     - `check`: the result of the numerical check; None if every configuration is singular.
-    - `doubtful_conditions`: conditions that failed the check. They are not reported as singular.
-    - `undecided_conditions`: conditions for which the check found no configuration. They are not reported as singular,
-      either.
+    - `doubtful_conditions`: conditions that failed the check. These are not reported as singular.
+    - `undecided_conditions`: conditions for which the check found no configuration; not reported as singular, either.
     - `matrix_indices`: for each component, the index of the remaining matrix whose minors are the component's
       conditions, or None.
     - `is_described`: whether the configurations of the components have been described.
@@ -111,9 +110,9 @@ class RedundantSingularities:
 
 
 def generate_redundant_events(chain: Chain) -> Iterator[str | RedundantSingularities]:
-    """Yield descriptions of the next step, and the singular set twice: without and with descriptions.
+    """Yield descriptions of the next step, and the singular set twice.
 
-    Descriptions say what the singular configurations look like. Raises TooLong.
+    Only the second time, the set has descriptions of what its configurations look like. Raises TooLong.
     """
     yield f"where the rank of J is below {len(chain.task)}, by elimination"
     arm, values = make_polynomial_arm(chain)
@@ -160,7 +159,7 @@ def _describe_component(chain: Chain, component: Component, samples: Sequence[Sa
     if can_establish_kind(chain):
         certified_component = certify_component(chain, component)
         classification = certified_component.classification
-        if all_have_kind(chain, classification, samples):  # the samples come from another search and lengths
+        if all_have_kind(chain, classification, samples):  # the samples are from another search with other lengths
             return certified_component
         return replace(certified_component, classification=replace(classification, is_uniform=False))
     statement = find_reason(chain, samples[:: max(1, len(samples) // _MAX_DESCRIBED_SAMPLES)])
@@ -188,7 +187,7 @@ def _collect_remaining_matrices(
 
 
 def _find_minors_index(remaining_matrices: RemainingMatrices, conditions: tuple[sp.Expr, ...]) -> int | None:
-    """Return the index of the matrix that applies in all cases and whose minors include all conditions, or None."""
+    """Return the index of a matrix that remains in all cases and has all conditions among its minors, or None."""
     for index, remaining_matrix in enumerate(remaining_matrices):
         if len(conditions) > 2 and remaining_matrix.cases == ((),) and set(conditions) <= remaining_matrix.minors:
             return index

@@ -1,7 +1,7 @@
 """Derive the results of the chapter for a user's own arm: as data, step by step for a terminal, and as LaTeX.
 
 The derivation is a generator of *events*: descriptions of the next step, results that are ready, and partial results.
-So `time_limited` can print each result when it is ready, and can say what is missing when time runs out.
+So `time_limited` can print each result when it is ready. If time runs out, it can say which results are missing.
 """
 
 import json
@@ -63,11 +63,10 @@ class Solution:
 
     - `position`: the position of the point of interest (3 x 1, m).
     - `jacobian`: the linear rows of the geometric Jacobian (3 x n).
-    - `geometric`: the geometric Jacobian (6 x n).
-    - `determinant`: the determinant of the task Jacobian; None if that is not square.
-    - `singular`: the components of the singular set; None if every configuration is singular. Both `determinant` and
-      `singular` are None if they would be too long.
-    - `note`: remarks on the results, such as why results are missing; None if there are none.
+    - `geometric`: the geometric Jacobian (6 x n), linear rows first.
+    - `determinant`: the determinant of the task Jacobian; None if the Jacobian is not square, or the formula too long.
+    - `singular`: the components of the singular set; None if every configuration is singular, or the formulas too long.
+    - `note`: remarks on the results, for example why some are missing; None if there are no remarks.
     - `redundant`: how elimination found the singular set of an arm with more joints than task rows, or None.
     """
 
@@ -85,19 +84,20 @@ class Solution:
 
 
 DESCRIPTION, NUMERIC_TEST = "meaning", "tested"
-"""The names of results about a singular set: what its configurations look like, and the numeric test of its conditions.
-They are derived in this order, after the conditions."""
+"""The names of results about a singular set: the description of its configurations, and the numeric test of its
+conditions. They are derived in this order, after the conditions."""
 SINGULAR_SET = "singular"
-"""The name of the conditions of a singular set, which are derived before these results."""
+"""The name of the first result about a singular set: its conditions."""
 
 
 @dataclass(frozen=True)
 class Singularities:
-    """The determinant and the components of the singular set, None as in a Solution, with remarks.
+    """The determinant and the components of the singular set, with remarks.
 
+    - `determinant` and `components` are None in the same cases as in a Solution.
     - `remark`: a remark on the set itself, for example that it is empty or was not derived.
-    - `test_remark`: the result of the numeric test.
-    - `lengths_remark`: which conditions can hold, or hold simultaneously, only for some lengths.
+    - `test_remark`: a remark on the result of the numeric test.
+    - `lengths_remark`: a remark on conditions that can hold, or hold simultaneously, only for some lengths.
     - `missing_names`: the names of the results that have not been derived yet.
     """
 
@@ -329,7 +329,7 @@ def render_article(chain: Chain, blocks: Iterable[str]) -> str:
 
 @dataclass(frozen=True)
 class ReadyResult:
-    """A result that is ready.
+    """An event: a result that is ready.
 
     - `name`: the name of a section, or a key of the plain data.
     - `content`: the result, in Markdown or as plain data; it may be empty.
@@ -350,12 +350,12 @@ def generate_text_events(robot: Robot) -> Events:
     """Yield the events of a derivation in Markdown: the arm, then each section under its name, then remarks."""
     yield "its transformations"
     chain = robot.chain
-    w, steps = Wording(chain), get_solution_steps(chain)
+    wording, steps = Wording(chain), get_solution_steps(chain)
     description = _describe_arm(robot)
-    is_same_table = description is not None and not description.base and description.rows == w.rows
-    if is_same_table or not w.convention.shows_table:
+    is_same_table = description is not None and not description.base and description.rows == wording.rows
+    if is_same_table or not wording.convention.shows_table:
         description = None  # the standard text below shows the same
-    content = {"chain": chain, "w": w, "steps": steps, "tex": tex, "description": description}
+    content = {"chain": chain, "w": wording, "steps": steps, "tex": tex, "description": description}
     yield ReadyResult("arm", render("solve/arm.md.j2", **content, is_rounded=robot.is_table_rounded))
     parts: list[Part] = []
     explained_terms: set[str] = set()
@@ -427,12 +427,12 @@ def _render_section(chain: Chain, name: str, parts: list[Part], explained_terms:
 def _render_redundant(
     chain: Chain, redundant: RedundantSingularities, number: int | None = None, remark: str = ""
 ) -> str:
-    """Return the section on the singular set of a redundant arm, and a remark.
+    """Return the section on the singular set of a redundant arm, with a remark at its end.
 
-    The section has no number if it is incomplete.
+    An incomplete section has no number.
     """
-    w, steps = Wording(chain), get_solution_steps(chain)
-    text = render("solve/redundant.md.j2", chain=chain, w=w, steps=steps, redundant=redundant, number=number)
+    wording, steps = Wording(chain), get_solution_steps(chain)
+    text = render("solve/redundant.md.j2", chain=chain, w=wording, steps=steps, redundant=redundant, number=number)
     return f"{text}\n{remark}\n" if remark else text
 
 
@@ -490,7 +490,7 @@ def _format_cells(convention: type[Convention], row: Joint | Axis) -> list[str]:
 
 
 def _describe_values_beyond_limits(chain: Chain, robot: Robot, components: Iterable[SingularComponent]) -> list[str]:
-    """Return texts for the joint values of singular configurations that lie outside the joint limits."""
+    """Return the joint values of singular configurations that lie outside the joint limits, as texts."""
     limits = dict(zip(chain.q, robot.limits, strict=False))
     excluded_values = []
     for component in components:

@@ -1,6 +1,6 @@
 """Run `qdot solve` within a time limit: print each result when it is ready, and list what is missing at the end.
 
-`solver` explains events, the items that a derivation yields.
+A derivation yields events, which `solver` defines.
 """
 
 from collections.abc import Callable, Iterator
@@ -39,7 +39,7 @@ ShowProgress = Callable[[str], AbstractContextManager[object]]
 
 @dataclass
 class _Progress:
-    """How far a derivation has got.
+    """The progress of a derivation.
 
     - `ready_results`: the results that are ready, by name and in order.
     - `current_step`: a description of the current step.
