@@ -20,7 +20,7 @@ from qdot.exercises.writing import shortening
 
 @dataclass(frozen=True)
 class AngleNames:
-    r"""Names for angles whose sines and cosines can't be written like c_{12}: those with a constant or a difference.
+    r"""Names for angles whose cosines can't be written like c_{12}, because they contain a constant or a difference.
 
     `angle_by_name` has the angle for each name.
     """
@@ -40,7 +40,7 @@ class AngleNames:
         return shortening.factor_sums(expanded_expression.xreplace(renamed_trigs))
 
     def shorten(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
-        """Return a result shortened by sin^2 + cos^2 = 1, and by angle-sum identities if the sum has a notation."""
+        """Return a result shortened by sin^2 + cos^2 = 1, and by angle-sum identities if this shortens it."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shorten)
         return shortening.replace_squares(shortening.use_angle_sums(expression, self._has_notation))
@@ -64,8 +64,8 @@ class AngleNames:
 def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     r"""Return names for angles, in order, and then for other angles in the sines and cosines of `matrices`.
 
-    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). Since `angles` come first, the angle of a link gets the
-    name if `angles` are the angles of links.
+    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). If `angles` has the angle of a link, this angle gets the
+    name, because `angles` come first.
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = name_angles([t1 - 2 * sp.pi / 3])

@@ -1,4 +1,4 @@
-"""Fill in the texts of custom questions: {name} in braces becomes what the student's own problem has, typeset.
+"""Fill in the texts of custom questions: {name} in braces is replaced by the value in the student's problem, typeset.
 
 A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base} for the frame in which results are
 expressed, the name of a given value, or a formula of the question language.
@@ -49,13 +49,13 @@ def write_custom_symbols(part: Part, wording: "Wording") -> str:
     """
     chain, used_names = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
     accelerations = [name for name in part.symbols if name in name_accelerations(chain)]
-    others = [name for name in part.symbols if name not in accelerations]
-    groups = ([rate.name for rate in chain.rates], list(chain.task), others)
+    other_names = [name for name in part.symbols if name not in accelerations]
+    groups = ([rate.name for rate in chain.rates], list(chain.task), other_names)
     codes = [f"`{name}`" for names in groups if not used_names.isdisjoint(names) for name in names]
     if not used_names.isdisjoint(accelerations):
         formulas = ", ".join(f"${tex(sp.Symbol(name), chain)}$" for name in accelerations)
-        typed = ", ".join(f"`{name}`" for name in accelerations)
-        codes.append(wording.messages.gettext("%(formulas)s (typed %(codes)s)", formulas=formulas, codes=typed))
+        codes_text = ", ".join(f"`{name}`" for name in accelerations)
+        codes.append(wording.messages.gettext("%(formulas)s (typed %(codes)s)", formulas=formulas, codes=codes_text))
     return ", ".join(codes)
 
 
@@ -76,7 +76,7 @@ def translate_title(question: Question, messages: Catalogue) -> str:
 
 
 def _find_texts(part: Part, wording: "Wording", has_text: Callable[[Texts], object]) -> tuple[Texts, "Wording"]:
-    """Return the texts in the language of a wording, or in English if a text is missing, and the wording for them."""
+    """Return the texts and a wording in the language of `wording`, or both in English if a text is missing."""
     definition, messages = part.details_as(CustomDetails).definition, wording.messages
     texts = definition.find_texts(messages.language, has_text)
     has_language = texts.language == messages.language
@@ -122,7 +122,7 @@ def check_given_values(prompt: str, part: Part, wording: "Wording") -> None:
 
 
 def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str, bool]:
-    """Return what a placeholder stands for, and whether it is LaTeX for a formula."""
+    """Return the text for a placeholder, and whether this text is LaTeX for a formula."""
     details, chain = part.details_as(CustomDetails), wording.chain
     if content == BASE:
         return wording.frame, False

@@ -88,11 +88,11 @@ def find_joint_1_value(chain: Chain) -> sp.Expr:
 @lru_cache(maxsize=512)
 def shorten_by_joint_1(chain: Chain) -> sp.Matrix | None:
     """Return J with joint 1 at `find_joint_1_value`; None if det J depends on joint 1, or if J does not."""
-    d, theta_1 = derive(chain), chain.q[0]
-    if chain.joints[0].is_prismatic or not d.jacobian.has(theta_1) or d.determinant.has(theta_1):
+    derivation, theta_1 = derive(chain), chain.q[0]
+    jacobian = derivation.jacobian
+    if chain.joints[0].is_prismatic or not jacobian.has(theta_1) or derivation.determinant.has(theta_1):
         return None
-    jacobian = d.jacobian.xreplace({theta_1: find_joint_1_value(chain)})
-    return jacobian.applyfunc(_simplify_entry)
+    return jacobian.xreplace({theta_1: find_joint_1_value(chain)}).applyfunc(_simplify_entry)
 
 
 @lru_cache(maxsize=1024)
@@ -137,7 +137,7 @@ class Line(NamedTuple):
 
 
 def find_sparsest_line(matrix: sp.Matrix) -> Line:
-    """Return the row or column with the fewest nonzero entries; if several have equally few, the simplest entries."""
+    """Return the row or column with the fewest nonzero entries; of several such, the one with the simplest entries."""
     rows = [Line(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
     columns = [Line(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]
     lines = [Line(name, [p for p in positions if matrix[p] != 0]) for name, positions in rows + columns]

@@ -1,4 +1,4 @@
-"""Select what hints show of an arm and its results: a column or an entry, if students still have others to find.
+"""Select the parts of results that hints may show: a column or an entry, if students still have to find others.
 
 All hints show the same column of a matrix, so that the hints of several questions together never show a whole answer.
 All vectors are in the world frame, in the notation of the chapter.
@@ -134,10 +134,11 @@ class HintContext:
     @property
     def condition_summaries(self) -> list[tuple[int, list[str]]]:
         """For each component of the singular set, the number of its conditions and the joint variables in them."""
-        return [
-            (len(part.conditions), [tex(q, self.chain) for q in self.chain.q if any(c.has(q) for c in part.conditions)])
-            for part in find_singular_set(self.chain) or ()
-        ]
+        summaries = []
+        for component in find_singular_set(self.chain) or ():
+            joints = [q for q in self.chain.q if any(condition.has(q) for condition in component.conditions)]
+            summaries.append((len(component.conditions), [tex(q, self.chain) for q in joints]))
+        return summaries
 
 
 def _find_first_variable(items: Iterable[tuple[Item, sp.Expr]]) -> Item | None:

@@ -21,7 +21,7 @@ from qdot.exercises.writing.translatable_phrases import ARMS, PHRASES
 ENGLISH = "en"
 
 LANGUAGES: dict[str, str] = {"de": "Deutsch"}
-"""The name of each language in that language, by its code, which is also the name of its message file."""
+"""The languages other than English: each code, which is also the name of the message file, with the language's name."""
 
 LOCALE = Path(__file__).parents[1] / "locale"
 """The folder of the message files."""
@@ -81,7 +81,7 @@ class Catalogue:
     # --- words that problems carry ---
 
     def translate_phrase(self, english: object) -> str:
-        """Translate a phrase by the first pattern that matches it; without such a pattern, return it unchanged."""
+        """Translate a phrase by the first pattern that matches it; return it unchanged if no pattern matches."""
         text = str(english)
         if self.is_english:
             return text
@@ -102,7 +102,7 @@ class Catalogue:
         return _translate_by_first_match(self._arm_translations(ARM_HEADING), name or "arm")
 
     def translate_arm_in_sentence(self, name: str) -> str:
-        """Return the name of an arm with an article, as in a sentence after "The figure shows"."""
+        """Return the name of an arm with an article, as it follows "The figure shows" in a sentence."""
         arm_name = name or "arm"
         if self.is_english:
             return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', arm_name) else 'a'} {arm_name}"
@@ -140,9 +140,9 @@ class Catalogue:
         return f"{translation} {reference}"
 
     def add_article(self, text: str) -> str:
-        """Return a text before the name of a frame, with an article if the text ends with a bare preposition.
+        """Return a text that comes before the name of a frame, with an article after a preposition at its end.
 
-        In English, names of frames have an article.
+        In English, the names of frames contain their articles.
 
         >>> load_catalogue("de").add_article("Wo liegt $P$ in ")
         'Wo liegt $P$ im '

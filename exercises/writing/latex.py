@@ -25,7 +25,7 @@ _FUNCTIONS = {
     **{getattr(sp, name): Layout("text", name) for name in ("atan2", "sign")}, sp.log: Layout("function", "ln"),
 }  # fmt: skip
 _TALL = frozenset(("frac", "root"))
-"""Kinds of pieces around which brackets grow; a small fraction fits into brackets of normal height."""
+"""Kinds of layouts that need tall brackets; a small fraction fits into brackets of normal height."""
 _MAX_DENOMINATOR = 10**6
 """Maximum denominator of a fraction before a root; numbers with a larger denominator are shown as decimals."""
 _HALVES = (2, 4, 8)
@@ -54,8 +54,9 @@ def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
 
 
 def _write_other_name(name: str) -> str:
-    r"""Return the LaTeX of a name that the chapter lacks. Two letters are a symbol and its index; longer words are
-    upright.
+    r"""Return the LaTeX of a name that the chapter does not use.
+
+    The second of two letters is an index. Longer words are upright.
 
     >>> _write_other_name("Fx"), _write_other_name("m_load"), _write_other_name("tau1"), _write_other_name("mass")
     ('F_{x}', 'm_{\\text{load}}', '\\tau_{1}', '\\text{mass}')
@@ -105,7 +106,7 @@ class _ExpressionLayout:
         return [_SignedTerm(is_negative, self.cached_product(term).pieces) for is_negative, term in terms]
 
     def lay_out_product(self, expression: sp.Expr) -> _SignedTerm:
-        """Return a product with its sign outside; no sum in brackets starts with a minus if that can be avoided."""
+        """Return a product and its sign; the signs of sums in brackets are chosen so that few begin with a minus."""
         if expression.is_Add:
             return _SignedTerm(False, self.lay_out(expression))
         coefficient, remainder = expression.as_coeff_Mul()
@@ -123,7 +124,7 @@ class _ExpressionLayout:
         return _SignedTerm(product.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
 
     def lay_out_factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
-        """Return factors side by side; sums get brackets unless the only factor of a numerator or denominator."""
+        """Return factors side by side; a sum gets brackets unless it `is_alone` in a numerator or denominator."""
         pieces: list[Layout] = []
         for k, factor in enumerate(factors):
             if k and _ends_in_angle(pieces) and any(map(is_rate_or_component, factor.free_symbols)):
@@ -174,7 +175,7 @@ class _ExpressionLayout:
         return (function_name, *layout.bracket(arguments, _TALL))
 
     def lay_out_angle(self, value: sp.Expr) -> Pieces:
-        """Return an angle, with its constant in degrees if that is a short decimal: theta_1 + 30, or 30 - theta_1.
+        """Lay out an angle. Its constant is in degrees if this is a short decimal: theta_1 + 30°, or 30° - theta_1.
 
         An angle to which a number of radians is added, as in theta_1 + 0.7 + pi/2, is in radians as a whole.
         """
@@ -204,7 +205,7 @@ class _ExpressionLayout:
         return _SignedTerm(is_negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
 
     def split_coefficient(self, value: sp.Expr, remainder: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
-        """Return what a numeric coefficient adds to the numerator and to the denominator of its term.
+        """Split a numeric coefficient into the numbers in the numerator and in the denominator of its term.
 
         7/20 adds 0.35 to the numerator; 20/7 adds 0.35 to the denominator.
         """
@@ -359,9 +360,9 @@ def tex_length(value: sp.Expr) -> str:
 
 
 def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
-    """Return a length whose bracket has the numbers of the arm's table.
+    """Return a length in which the sum in brackets has the numbers of the arm's table.
 
-    SymPy clears decimals when it solves for a length. It returns (10 a2 + 1)/20 where the table has a2 + 0.1.
+    When SymPy solves for a length, it clears decimals: (a2 + 0.1)/2 becomes (10 a2 + 1)/20.
     """
     brackets = [factor for factor in sp.Mul.make_args(value) if factor.is_Add and factor.free_symbols]
     if len(brackets) != 1 or value.is_Add:

@@ -1,8 +1,8 @@
 r"""Estimate the width of formulas, and break wide formulas into several lines to fit a page.
 
 Equations that are separated by \qquad get a line each, and so do the right sides after several equals signs. If a line
-is still too wide, products are broken at a dot or a cross, and sums before a sign. Wide entries of a matrix get names,
-which are explained below the matrix.
+is still too wide, products are broken at a multiplication sign, and sums before a plus or minus. Wide entries of a
+matrix get names, which are explained below the matrix.
 """
 
 from collections.abc import Sequence
@@ -16,18 +16,18 @@ Lines = list[Pieces]
 EquationSides = list[tuple[Pieces, Pieces]]
 """Lines of equations, each as its left side (empty on continued lines) and its right side with the equals sign."""
 EntryNames = dict[Pieces, Pieces]
-"""The names of entries of the matrices in a formula: for each entry that has one, the name."""
+"""Maps entries of the matrices in a formula to their names."""
 
 OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
 """Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
 FRACTION_MARGIN, ROOT_WIDTH, FUNCTION_MARGIN = 0.2, 0.9, 0.17
-"""Widths that the bar adds to a fraction, the sign to a root, and the space around it to a function's name."""
+"""Widths added to a fraction for its bar, to a root for its sign, and to a function's name for the space around it."""
 INDENT_WIDTH = 1.0
 """Width of the space, or of the equals sign, before a broken line."""
 MAX_OVERWIDTH = 1.2
-"""A term is broken inside brackets only if it is wider than this many lines; otherwise, it is shrunk to fit."""
+"""A term is broken inside brackets only if it is more than this many times as wide as a line; else it is shrunk."""
 MAX_BRACKET_DEPTH = 4
 """Maximum depth of nested brackets inside which a sum may be broken."""
 MAX_UNBREAKABLE_SHARE = 0.6
@@ -58,9 +58,8 @@ def estimate_width(formula: Layout, scale: float = 1.0) -> float:
         rows = ([estimate_width(cell, cell_size) for cell in cells.inner] for cells in inner)
         return brackets + sum(max(column) + COLUMN_GAP for column in zip_longest(*rows, fillvalue=0.0))
     if kind in ("root", "fenced"):
-        return estimate_width(inner[0], scale) + (
-            ROOT_WIDTH if kind == "root" else SIGN_WIDTH * len(text.replace(".", ""))
-        )
+        sign_width = ROOT_WIDTH if kind == "root" else SIGN_WIDTH * len(text.replace(".", ""))
+        return estimate_width(inner[0], scale) + sign_width
     return _estimate_leaf_width(kind, text)
 
 
@@ -131,8 +130,8 @@ def _break_equation(left: Pieces, right: Pieces, max_width: float, names: EntryN
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
     available_width = max_width - (2 if sign else 1) * INDENT_WIDTH
     lines: EquationSides = []
-    for index, part in enumerate(layout.split_at(right[1:], layout.EQUALS) if sign else [right]):
-        broken_lines = _break_side(part, available_width, names)
+    for index, side in enumerate(layout.split_at(right[1:], layout.EQUALS) if sign else [right]):
+        broken_lines = _break_side(side, available_width, names)
         lines.append((() if index else left, (*sign, *broken_lines[0])))
         lines += [((), (layout.QUAD, *line)) for line in broken_lines[1:]]
     return lines
@@ -147,7 +146,7 @@ def _break_side(side: Pieces, max_width: float, names: EntryNames) -> Lines:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
-            # 1.5: the sign and the space around it
+            # 1.5 em are for the sign and the space around it
             lines_by_factor = [_break_side(factor, max_width - 1.5, names) for factor in factors]
             continued_lines = ([(layout.EMPTY, sign, *lines[0]), *lines[1:]] for lines in lines_by_factor[1:])
             return [*lines_by_factor[0], *chain.from_iterable(continued_lines)]
@@ -194,13 +193,13 @@ def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]
     """Return terms; terms that are too wide are split inside their outer brackets, and then inside inner brackets."""
     narrow_terms: list[Pieces] = []
     for term in terms:
-        pieces, parts = term, [term]
+        pieces, inner_terms = term, [term]
         for depth in range(1, MAX_BRACKET_DEPTH + 1):
-            if all(_total_width(part) <= MAX_OVERWIDTH * max_width for part in parts):
+            if all(_total_width(inner_term) <= MAX_OVERWIDTH * max_width for inner_term in inner_terms):
                 break
             pieces = _open_brackets(pieces, max_width)
-            parts = layout.split_terms(pieces, depth)
-        narrow_terms += parts
+            inner_terms = layout.split_terms(pieces, depth)
+        narrow_terms += inner_terms
     return narrow_terms
 
 
@@ -218,14 +217,14 @@ def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
 def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
     """Return lines of terms, each filled as far as `max_width` (em) permits."""
     lines, line_width = [terms[0]], _total_width(terms[0])
-    for part in terms[1:]:
-        part_width = _total_width(part)
-        if line_width + part_width <= max_width - INDENT_WIDTH:
-            lines[-1] += part
-            line_width += part_width
+    for term in terms[1:]:
+        term_width = _total_width(term)
+        if line_width + term_width <= max_width - INDENT_WIDTH:
+            lines[-1] += term
+            line_width += term_width
         else:
-            lines.append((layout.EMPTY, *part))
-            line_width = part_width
+            lines.append((layout.EMPTY, *term))
+            line_width = term_width
     return lines
 
 

@@ -34,9 +34,9 @@ HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
 _TRIED_WIDTHS = (60.0, 52.0, 45.0, 39.0, 34.0, 29.0, 25.0, 21.0, 18.0, 15.0)
 """Maximum widths in em that are tried, until a formula fits into a terminal."""
 MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json").read_text(encoding="utf-8"))
-"""For LaTeX and for Typst: the markup of each token type that always has the same markup. Also LaTeX's escapes."""
+"""The markup in LaTeX and Typst of types of tokens that always have the same markup, and LaTeX's escapes."""
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
-"""Matches a placeholder. It contains a formula's number and replaces the formula while Markdown is parsed."""
+"""Matches a placeholder, which contains a formula's number and replaces the formula while Markdown is parsed."""
 _PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.pattern}([.,;:!?)”]*)")
 """Matches a formula with the punctuation around it, from which browsers must not separate the formula."""
 
@@ -78,7 +78,7 @@ ConvertFormula = Callable[[str, bool], str]
 def to_html(
     text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, join_punctuation: bool = False
 ) -> str:
-    """Return HTML with formulas as MathML, or as what `convert_formula` returns; raw HTML in the text is kept.
+    """Return HTML with formulas as MathML, or converted by `convert_formula`; raw HTML in the text is kept.
 
     `width_share` is the fraction of a page's width that the text may take. Inline MathML is put in a span of class
     "whole" with the punctuation around it, and the style sheet forbids line breaks there. If `join_punctuation`, the
@@ -146,7 +146,8 @@ def to_html_for_mathjax(text: str) -> str:
     def convert_formula(latex: str, is_displayed: bool) -> str:
         if is_displayed:
             return rf"\[{escape(fit_latex(latex, HTML_WIDTH), quote=False)}\]"
-        return "".join(rf"\({escape(part, quote=False)}\)" + separator for part, separator in _split_equations(latex))
+        pieces = _split_equations(latex)
+        return "".join(rf"\({escape(piece, quote=False)}\)" + separator for piece, separator in pieces)
 
     html_text = to_html(text, convert_formula).replace("</table>", "</table></div>")
     table_tag = '<table class="generaltable table table-bordered" style="width: auto">'
@@ -322,7 +323,7 @@ def _write_text_blocks(
         elif child.type == "blockquote":
             blocks += [textwrap.indent(block, "  ") for block in _write_text_blocks(child, convert_inline, width - 2)]
         elif child.type == "table":
-            rows = [row for part in child.children for row in part.children]
+            rows = [row for section in child.children for row in section.children]  # the head and the body
             blocks.append(_write_table([[convert_inline(cell.children[0]) for cell in row.children] for row in rows]))
         elif child.type in ("bullet_list", "ordered_list"):
             separator = "\n" if child.children[0].children[0].hidden else "\n\n"

@@ -26,13 +26,9 @@ from qdot.exercises.writing.wording import Wording
 
 
 def write_statement(
-    problem: Problem,
-    title: str,
-    figure: str = "",
-    explains_typing: bool = True,
-    language: str = ENGLISH,
+    problem: Problem, title: str, figure: str = "", explains_typing: bool = True, language: str = ENGLISH,
     is_movable: bool = False,
-) -> str:
+) -> str:  # fmt: skip
     """Return the statement of a problem: arm, table, base, point P, task, symbols. `figure` is Markdown for the figure.
 
     If `explains_typing`, the statement also says how to type symbols. A movable figure is drawn to scale.
@@ -46,7 +42,7 @@ def write_statement(
 
 
 def write_prompt(problem: Problem, part: Part, language: str = ENGLISH) -> str:
-    """Return the question of a part: what to find, in which frame, in which units, and in which form to answer."""
+    """Return the question of a part: the quantity to find, the frame, the units, and the form of the answer."""
     messages = load_catalogue(language)
     text = str(_get_question_macros(part, language).prompt(part, problem.chain, Wording(problem.chain, messages)))
     if part.rounding is not None and part.answer.is_exact:
@@ -115,7 +111,7 @@ def write_solutions(problem: Problem) -> dict[str, str]:
 def write_next_solution(
     problem: Problem, explained_names: set[str], language: str = ENGLISH, may_be_followed: bool = True
 ) -> str:
-    """Return the solution of the last part, for a text that already has the solutions of the earlier parts.
+    """Return the solution of a problem's last part, for a text that already has the solutions of the earlier parts.
 
     `explained_names` has the abbreviations that the text explains already; abbreviations of this solution are added.
     `may_be_followed` says whether other solutions may follow, to which the legend also applies.

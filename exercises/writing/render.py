@@ -81,16 +81,12 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
     Messages are translated to the language. The filters `phrase` and `mistake` translate words from problems.
     """
     templates = jinja2.Environment(
-        extensions=EXTENSIONS,
-        loader=jinja2.FileSystemLoader(find_template_folder()),
-        undefined=jinja2.StrictUndefined,
-        autoescape=lambda name: bool(name and name.endswith(_MARKUP_EXTENSIONS)),
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
+        extensions=EXTENSIONS, loader=jinja2.FileSystemLoader(find_template_folder()),
+        undefined=jinja2.StrictUndefined, autoescape=lambda name: bool(name and name.endswith(_MARKUP_EXTENSIONS)),
+        trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
         bytecode_cache=TemplateCache(find_template_folder()),
         optimized=False,  # constant folding makes loading slower by a fifth, and rendering hardly faster
-    )
+    )  # fmt: skip
     messages = load_catalogue(language)
     templates.filters |= {
         "tex": tex, "tex_lines": tex_lines, "tex_length": tex_length, "tex_angle": tex_angle,

@@ -16,7 +16,7 @@ import sympy as sp
 from qdot.exercises.formula.order import find_joint_sum_digits, find_joints, is_rate_or_component
 
 HasNotation = Callable[[sp.Expr], bool]
-"""A function that returns whether formulas can show the sine and cosine of an angle (see `angles`)."""
+"""A function that returns whether there is a short notation for the sine and cosine of an angle (see `angles`)."""
 
 
 @lru_cache(maxsize=4096)
@@ -131,7 +131,7 @@ def split_constant(angle: sp.Expr) -> AngleParts:
 
 
 def _split_number(term: sp.Expr) -> tuple[sp.Expr, list[sp.Expr]]:
-    """Return the numeric coefficient of a term, with its roots, and the other factors."""
+    """Return the numeric coefficient of a term, including roots of numbers, and the other factors."""
     number, remainder = term.as_independent(sp.Symbol, as_Add=False)
     return number, list(sp.Mul.make_args(remainder))
 
@@ -159,7 +159,7 @@ def _may_join_terms(total: sp.Expr, trigs: AbstractSet[sp.Expr]) -> bool:
         _, factors = _split_number(term)
         other_factors = [factor for factor in factors if factor not in trigs]
         if any(factor.is_Add or (factor.is_Pow and factor.args[0].args) for factor in other_factors):
-            return True  # the factors of such a term show only after expansion
+            return True  # only expansion shows the factors of such a term
         remainder = sp.Mul(*other_factors)
         if len(other_factors) < len(factors) and remainder in remainders:
             return True

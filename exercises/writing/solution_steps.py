@@ -1,7 +1,7 @@
 """Compute the intermediate steps of a worked solution: vectors, products, cofactors, numbers.
 
-All formulas are derived for the arm's structure: the same arm with symbols for its lengths and without joint offsets.
-There, the algebra is exact and short. Then the arm's numbers are substituted. All vectors are in the world frame, in
+All formulas are derived for the arm's structure: the same arm with symbols for its lengths and without joint offsets,
+for which the algebra is exact and short. Then the arm's numbers are substituted. All vectors are in the world frame, in
 the notation of the chapter.
 """
 
@@ -57,7 +57,7 @@ class Column:
 
 @dataclass(frozen=True)
 class RecursionStep:
-    """A step of (6.13) from p*_i to p*_{i-1} (`p_star`), with i = `number`; `rotated_link` is R_{i-1} r_i."""
+    """A step of (6.13), p*_{i-1} = R_{i-1} r_i + p*_i: i is `number`, R_{i-1} r_i is `rotated_link`."""
 
     number: int
     rotated_link: sp.Matrix
@@ -69,9 +69,9 @@ class SingularComponent:
     """A component of the singular set: configurations that satisfy all `conditions` (each expression is zero).
 
     `solutions` are pairs (joint variable, values), or None if a condition depends on several joints. `classification`
-    applies to all these configurations. If a joint has several values whose classifications differ, `cases` has one for
-    each choice of values. If only some lengths allow the conditions, `existence_condition` is the inequality for the
-    lengths.
+    applies to all configurations of the component. If it differs between the values of a joint, `cases` has the
+    classification for each choice of values. If the conditions can hold only for some lengths, `existence_condition` is
+    the inequality that the lengths must satisfy.
     """
 
     conditions: tuple[sp.Expr, ...]
@@ -165,7 +165,7 @@ class SolutionSteps:
     def last_moving_vector(self) -> tuple[int, sp.Matrix] | None:
         """The index of the last origin whose vector to P depends on the joint variables, and this vector.
 
-        None if a hint with this vector would reveal most of P's position.
+        The value is None if a hint with this vector would reveal most of P's position.
         """
         for joint in range(self.chain.point.frame, 0, -1):
             i = self.convention.frame_on_axis(joint)
@@ -207,7 +207,7 @@ class SolutionSteps:
         return self.derivation.z[:, joint - 1].xreplace(self.home_configuration).applyfunc(sp.expand)
 
     def find_rotated_axis(self, joint: int) -> sp.Matrix | None:
-        """Return the axis of a joint after the preceding joints have rotated it (3 x 1), or None if none does."""
+        """Return the axis of a joint after the preceding joints have rotated it (3 x 1); None if none rotates it."""
         axis = self.derivation.z[:, joint - 1]
         return axis if self._depends_on_joints(axis) else None
 
@@ -255,11 +255,10 @@ class SolutionSteps:
         """The columns of the geometric Jacobian (6.12)."""
         return [self._make_column(self.derivation, i) for i in range(self.chain.n)]
 
-    def _make_column(self, d: Derivation, i: int) -> Column:
-        moves_point = i < self.chain.point.frame
-        return Column(
-            i + 1, self.chain.joints[i].kind, d.z[:, i], d.p_star[:, i], d.geometric_jacobian[:3, i], moves_point
-        )
+    def _make_column(self, derivation: Derivation, i: int) -> Column:
+        kind, moves_point = self.chain.joints[i].kind, i < self.chain.point.frame
+        z, p_star, cross = derivation.z[:, i], derivation.p_star[:, i], derivation.geometric_jacobian[:3, i]
+        return Column(i + 1, kind, z, p_star, cross, moves_point)
 
     def list_link_columns(self, k: int) -> list[Column]:
         """Return the columns of the geometric Jacobian for the point O_k, one for each of the joints 1 ... k."""
@@ -360,7 +359,8 @@ class SolutionSteps:
     def components(self) -> list[Component]:
         """The components of the singular set, with their conditions in the form that solutions show."""
         return [
-            replace(part, conditions=self._simplify_conditions(part)) for part in find_singular_set(self.chain) or ()
+            replace(component, conditions=self._simplify_conditions(component))
+            for component in find_singular_set(self.chain) or ()
         ]
 
     def _simplify_conditions(self, component: Component) -> tuple[sp.Expr, ...]:
@@ -368,7 +368,7 @@ class SolutionSteps:
 
     @property
     def may_be_singular(self) -> bool:
-        """Whether the arm has singular configurations; True if the derivation is too long to find out."""
+        """Whether the arm may have singular configurations; True if the formulas are too long to find out."""
         try:
             return find_singular_set(self.chain) != ()
         except TooLong:
@@ -406,8 +406,9 @@ class SolutionSteps:
     def _find_cases(
         self, component: Component, classification: Classification
     ) -> tuple[tuple[ValueCombination, Classification], ...]:
-        cases = [(values, classify(self.chain, part)) for values, part in split_by_value(component, classification)]
-        return tuple(cases) if len({case for _, case in cases}) > 1 else ()
+        subsets = split_by_value(component, classification)
+        cases = tuple((values, classify(self.chain, subset)) for values, subset in subsets)
+        return cases if len({case for _, case in cases}) > 1 else ()
 
     def find_components(self, configuration: ConfigurationsOfOneKind) -> list[SingularComponent]:
         """Return the components of the singular set that contain a configuration; none if it is regular."""

@@ -44,7 +44,7 @@ class TooDeep(ValueError):
 
 
 class _Operand(NamedTuple):
-    """Typeset pieces, and how strongly they bind."""
+    """A typeset operand: its pieces, and how strongly it binds (_RELATION to _ATOM)."""
 
     pieces: Pieces
     level: int
@@ -220,15 +220,15 @@ def _choose_separator(left_factor: Pieces, right_start: Layout) -> Pieces:
 def _split_factors(node: Node) -> tuple[list[Node], list[Node]]:
     """Return the factors in the numerator and those in the denominator of a product, in the student's order."""
     numerator, denominator = list[Node](), list[Node]()
-    pending_parts = [(node, numerator)]
-    while pending_parts:  # from right to left, reversed at the end
-        part, side = pending_parts.pop()
-        if part.kind == "*":
-            pending_parts += [(part.args[0], side), (part.args[1], side)]
-        elif part.kind == "/" and side is numerator:
-            pending_parts += [(part.args[0], numerator), (part.args[1], denominator)]
+    pending_factors = [(node, numerator)]
+    while pending_factors:  # from right to left, reversed at the end
+        factor, side = pending_factors.pop()
+        if factor.kind == "*":
+            pending_factors += [(factor.args[0], side), (factor.args[1], side)]
+        elif factor.kind == "/" and side is numerator:
+            pending_factors += [(factor.args[0], numerator), (factor.args[1], denominator)]
         else:
-            side.append(part)
+            side.append(factor)
     return numerator[::-1], denominator[::-1]
 
 

@@ -20,7 +20,7 @@ from qdot.exercises.writing.line_breaking import fit_formula, is_too_wide_inline
 from qdot.exercises.writing.markup import PLACEHOLDER_PATTERN, TokenWriters, count_columns, has_tall_formula
 
 TYPST_WIDTH = 40.0
-"""Maximum width of displayed formulas in em, on A4 or Letter paper with a vertical line on the left."""
+"""Maximum width of displayed formulas in em, on A4 or Letter paper, beside the vertical line at their left."""
 
 _PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + r"(\\[,.;:])?")
 """Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""

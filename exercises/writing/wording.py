@@ -117,8 +117,10 @@ class Wording:
     @property
     def is_always_invertible(self) -> bool:
         """Whether J has an inverse in every configuration, because det J is a nonzero constant."""
-        d = derive(self.chain)
-        return d.is_square and d.determinant != 0 and not d.determinant.free_symbols & set(self.chain.q)
+        derivation = derive(self.chain)
+        if not derivation.is_square or derivation.determinant == 0:
+            return False
+        return not derivation.determinant.free_symbols & set(self.chain.q)
 
     def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
         """Return whether the arm can move in a direction outside its task.
@@ -166,8 +168,7 @@ class Wording:
 
         Angles are in degrees, lengths in metres.
         """
-        order = self.convention.order_entries
-        rows = self.convention.rows
+        order, rows = self.convention.order_entries, self.convention.rows
         return [order(tex_angle(row.theta), tex_length(row.d), tex_length(row.a), tex_angle(row.alpha)) for row in rows]
 
     @property
@@ -281,7 +282,7 @@ class Wording:
 
     @property
     def max_rank(self) -> int:
-        """The smaller one of the numbers of rows and columns of the task Jacobian."""
+        """The number of rows or of columns of the task Jacobian, whichever is smaller."""
         return min(len(self.chain.task), self.chain.n)
 
     def find_unit(self, symbol: sp.Symbol) -> str:
@@ -305,7 +306,7 @@ class Wording:
         return f"{sentence} {kind_sentence if classification.is_uniform else self._mixed_kinds_sentence}"
 
     def explain_cases(self, cases: Iterable[tuple[ValueCombination, Classification]]) -> str:
-        """Return sentences on the meaning and kind for each choice of joint values; equal kinds share a sentence."""
+        """Return sentences on the meaning and kind for each choice of joint values; equal sentences are joined."""
         values_by_case: dict[Classification, list[ValueCombination]] = {}
         for values, classification in cases:
             values_by_case.setdefault(classification, []).append(values)
@@ -315,8 +316,8 @@ class Wording:
             equations = (
                 [f"${tex(q, self.chain)} = {tex_result(value, q)}$" for q, value in values] for values in values_of_case
             )
-            words, case = conjunction.join(map(self.join, equations)), self.explain_meaning(classification)
-            sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=words, case=case))
+            values_text, meaning = conjunction.join(map(self.join, equations)), self.explain_meaning(classification)
+            sentences.append(self.messages.gettext("At %(values)s: %(case)s", values=values_text, case=meaning))
         return " ".join(sentences)
 
     @property
