@@ -45,21 +45,21 @@ from qdot.exercises.writing.render import render
 MARGIN = (34.0, 26.0)
 """Margins for the labels around the drawing, in pixels: on the left and right, and above and below."""
 TRIED_POSE_COUNT = {False: 7, True: 16}
-"""Number of poses that are drawn with labels to find the pose with the best label places (True: for a long arm)."""
+"""Number of poses that are drawn with labels in order to find the best-labelled pose; True is for a long arm."""
 LATER_POSE_COST = 6.0
-"""Cost of a pose for each pose that has a better score, on the same scale as the costs of labels (see `places`)."""
+"""Cost that a pose has for each pose with a better score, on the same scale as the costs of labels (`places`)."""
 GOOD_LABEL_COST = 8.0
-"""If the average cost of a label is at most this, no further pose is tried. The limit grows with each pose."""
+"""If the average cost of a label is at most this, no further pose is tried. Each pose tried raises the limit."""
 ABANDON_COST_LEAD = 0.2
 """A drawing is abandoned if it costs this much more than another drawing; costs are rounded to 0.1."""
 LABEL_ROUNDS = 3
-"""How often the labels of the chosen pose are placed. From the second time on, each label avoids all other labels."""
+"""How often the labels of the chosen pose are placed. After the first time, each label avoids all other labels."""
 TRIED_VIEW_COUNT = 5
 """Number of views that are tried for a spatial arm in a given pose."""
 CLEAR_LABEL_COST = {True: 30.0, False: 16.0}
 """Maximum average cost of a label; if the average cost is higher, the drawing gets fewer names.
 
-The maximum is higher in a flat drawing (True), because labels have more room and no arrow points towards the reader.
+True is for a flat drawing. Its maximum is higher, because labels have more room and no arrow points at the reader.
 """
 BASE_DISTANCE_FACTORS = (1.0, 1.3, 1.6, 0.75, 2.0)
 """Factors for the base's distance from the world's origin, tried in turn while origins coincide in the drawing."""
@@ -68,9 +68,7 @@ PoseKey = tuple[tuple[str, float], ...]
 """A pose as a value that can be a key of a cache."""
 
 PANEL_PERCENT, PANEL_GAP, LINE_HEIGHT, LETTER_WIDTH = 60, 12, 20, 8
-"""Scale of small drawings in per cent, and sizes in pixels.
-
-The sizes are the gap between small drawings, the height of a line of a caption, and the average width of a letter."""
+"""Scale of small drawings in per cent. In pixels: gap between drawings, height of a line of text, width of a letter."""
 
 
 class LabelledDrawing(NamedTuple):
@@ -121,7 +119,7 @@ def _draw_in_clearest_pose(chain: Chain) -> tuple[LabelledDrawing, np.ndarray]:
     for rank, entries in enumerate(poses):
         rank_cost = LATER_POSE_COST * rank
         labelled_drawing, cost = _draw_and_label(chain, _make_skeletons(chain, entries), best_cost - rank_cost)
-        cost = round(cost + rank_cost, 1)  # rounded: a tie goes to the first on every machine
+        cost = round(cost + rank_cost, 1)  # rounded, so that every machine chooses the first of equally good poses
         if best_drawing_and_entries is None or cost < best_cost:
             best_cost, best_drawing_and_entries = cost, (labelled_drawing, entries)
         good_cost = GOOD_LABEL_COST * (1 + rank / 5) * len(labelled_drawing.drawing.labels)
@@ -160,7 +158,7 @@ def draw_figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] |
 
 @lru_cache(maxsize=64)
 def _draw_cached_svg(chain: Chain, name: str, pose: PoseKey | None) -> str:
-    """Return the figure as SVG; cached, because the staff's notebook and the store need it in quick succession."""
+    """Return the figure as SVG; cached, because the staff's notebook and the problem store both need it."""
     description = describe_figure(chain, pose is not None and any(value for _, value in pose))
     figure, _ = draw_with_labels(chain, pose)
     return _render("arm", name, make_title(chain), description, figure=figure)
@@ -278,7 +276,7 @@ def _render_panels(drawings: Sequence[tuple[str, Figure]], remark: str, name: st
 
 
 def _make_skeletons(chain: Chain, entries: np.ndarray) -> Iterator[Skeleton]:
-    """Yield the skeletons of an arm in a pose (n), with the base at different distances; computed on demand."""
+    """Yield the skeletons of an arm in a pose (n) with the base at different distances from the world's origin."""
     for factor in BASE_DISTANCE_FACTORS if any(chain.base.position) else BASE_DISTANCE_FACTORS[:1]:
         yield compute_skeleton(make_drawable_chain(chain, factor), entries)
 
@@ -292,8 +290,8 @@ def _draw_and_label(
 ) -> tuple[LabelledDrawing, float]:
     """Return the drawing of one pose with its labels placed once, and the cost of the places of labels and origins.
 
-    `skeletons` are skeletons in this pose with different distances of the base. The drawing uses the first skeleton
-    whose origins are apart from the world's origin and axes. A drawing that costs clearly more than `max_cost` is not
+    `skeletons` have the same pose, but different distances of the base. The drawing uses the first skeleton whose
+    origins are apart from the world's origin and axes. A drawing that costs clearly more than `max_cost` is not
     completed; its cost is infinite.
     """
     candidates: list[tuple[float, float, Drawing]] = []

@@ -1,7 +1,7 @@
 """Draw the parts of an arm: links, joints, ground, joint angles and lengths of prismatic joints.
 
-Joint i rotates about z_{i-1} or slides along z_{i-1}. The glyph of a joint is its symbol, a cylinder or a sleeve. It is
-drawn on the joint's axis, apart from the other glyphs.
+Joint i rotates about z_{i-1} or slides along z_{i-1}. The glyph of a joint is its symbol, a cylinder or a sleeve. Each
+glyph lies on the joint's axis, at a distance from the other glyphs.
 """
 
 import math
@@ -32,9 +32,9 @@ from qdot.exercises.figure.view import (
 JOINT_RADIUS, JOINT_HALF_LENGTH, SLEEVE_HALF_LENGTH = 9.0, 11.0, 19.0
 """In pixels: the radius of a revolute joint, half its length in space, and half the length of a prismatic joint."""
 GLYPH_DISTANCE, GLYPH_DISTANCE_WITHOUT_LINKS = 27.0, 82.0
-"""Minimum distance of two glyphs, and their distance in an arm without links, in pixels."""
+"""Minimum distance between two glyphs, and distance between two glyphs of an arm without links, in pixels."""
 WRIST_JOINTS = 3
-"""Number of joints of a wrist. The axes of this many frames can be distinguished at one point."""
+"""Number of joints of a wrist. If no more than this many frames share an origin, their axes can be distinguished."""
 SLEEVE_HALF_WIDTH = {True: 9.0, False: 8.0}
 """Half the width of a prismatic joint in pixels, in a flat drawing (True) and in space."""
 PEDESTAL_HEIGHT, PEDESTAL_HALF_WIDTH, PLATE_HALF_SIZE = 24.0, 13.0, 28.0
@@ -131,10 +131,10 @@ def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions:
     candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
         if i == 0 and _have_same_origin(skeleton):
-            candidates = []  # the link along the axis has no length
-        distance, steps = GLYPH_DISTANCE, [-1.0, 1.0, -2.0, 2.0] if i == 0 else [1.0, -1.0, 2.0, -2.0]
+            candidates = []  # the shared origin is left to joint 2
+        distance, steps = GLYPH_DISTANCE, ([-1.0, 1.0, -2.0, 2.0] if i == 0 else [1.0, -1.0, 2.0, -2.0])
         if has_no_links(skeleton) and not _has_link_along_axis(skeleton, i):
-            distance, steps = GLYPH_DISTANCE_WITHOUT_LINKS, steps if i == 0 else [1.0, 0.5, -1.0, -0.5, 2.0]
+            distance, steps = GLYPH_DISTANCE_WITHOUT_LINKS, (steps if i == 0 else [1.0, 0.5, -1.0, -0.5, 2.0])
         candidates += [origin + step * distance / view.scale * z for step in steps]
     for candidate in candidates:
         pixel = view.to_pixels(candidate)
@@ -150,12 +150,9 @@ def has_no_links(skeleton: Skeleton) -> bool:
 
 def _have_same_origin(skeleton: Skeleton) -> bool:
     """Return whether the axes of joints 1 and 2 start at the same origin, and no link runs along them."""
-    distance = np.linalg.norm(skeleton.origins[1] - skeleton.origins[0])
-    return (
-        len(skeleton.corners) > 1
-        and bool(distance < 1e-6)
-        and not (_has_link_along_axis(skeleton, 0) or _has_link_along_axis(skeleton, 1))
-    )
+    if len(skeleton.corners) < 2 or _has_link_along_axis(skeleton, 0) or _has_link_along_axis(skeleton, 1):
+        return False
+    return bool(np.linalg.norm(skeleton.origins[1] - skeleton.origins[0]) < 1e-6)
 
 
 def draw_link(scene: Scene, i: int) -> Drawing:
@@ -212,12 +209,8 @@ def list_anchors_beside(start: Vector2D, end: Vector2D) -> tuple[tuple[Vector2D,
 
 def draw_joint(scene: Scene, i: int) -> Drawing:
     """Return the glyph of joint i."""
-    kind, position, z, view = (
-        scene.chain.joints[i - 1].kind,
-        scene.glyph_positions[i - 1],
-        scene.find_axis(i),
-        scene.view,
-    )
+    kind, view = scene.chain.joints[i - 1].kind, scene.view
+    position, z = scene.glyph_positions[i - 1], scene.find_axis(i)
     shapes: tuple[Polyline | Circle, ...]
     if kind == PRISMATIC:
         length_to_corner = view.scale * float(np.linalg.norm(scene.skeleton.corners[i - 1] - position))
@@ -269,7 +262,7 @@ def _draw_hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.n
 
 
 def draw_joint_variable(scene: Scene, i: int) -> Drawing:
-    """Return the arc of theta_i or the dimension line of d_i; nothing for an arm that is described by its axes."""
+    """Return the arc of theta_i or the dimension line of d_i; an empty drawing for an arm described by its axes."""
     if scene.convention.is_drawn_at_home:  # without x axes, no angle is shown
         return Drawing()
     return _draw_joint_angle(scene, i) if scene.chain.joints[i - 1].is_revolute else _draw_joint_length(scene, i)

@@ -21,14 +21,15 @@ from qdot.exercises.figure.view import Drawing, View, draw_arrow
 AXIS_LENGTH = {True: 52.0, False: 54.0}
 """Length of a frame's axis in a flat drawing and in space, in pixels."""
 BODY_AXIS_LENGTH = 44.0
-"""Length in pixels of the body frame's axes. They are parallel to the axes of the space frame."""
+"""Length in pixels of the axes of the body frame; shorter than those of the space frame, which may coincide with
+them."""
 LONG_AXIS_LENGTH = 96.0
 """Length of an axis of an arm without links, in pixels."""
 AXIS_NAMES = "xyz"
 MIN_ORIGIN_DISTANCE, MIN_AXIS_DISTANCE, MAX_CROWDING_COST = 34.0, 12.0, 120.0
 """Minimum distances in pixels between two origins, and between an origin and an axis of the world; maximum cost.
 
-The cost of a distance of zero is the maximum cost. The cost falls linearly to 0 at the minimum distance.
+The cost is highest for a distance of zero, and falls linearly to 0 at the minimum distance.
 """
 
 
@@ -132,7 +133,7 @@ def draw_origins(scene: Scene) -> Drawing:
 
 
 def compute_crowding_costs(scene: Scene) -> tuple[float, float]:
-    """Return two costs for origins that are drawn close together; a cost of 0 means that none are too close.
+    """Return two costs for origins that are drawn too close together; a cost is 0 if none are too close.
 
     The first cost is for origins of the arm that are close to each other. The second cost is for origins of the arm
     that are close to the world's origin or axes. It is 0 if the base is at the world's origin.

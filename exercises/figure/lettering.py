@@ -108,7 +108,7 @@ def make_font_runs(lettering: Lettering) -> tuple[FontRun, ...]:
 
 
 def _scale_letters(text: str, is_subscript: bool) -> float:
-    """Return the size of a run of lettering relative to FONT_SIZE."""
+    """Return the font size of a run of lettering relative to FONT_SIZE."""
     return SUBSCRIPT_SCALE if is_subscript else SMALL_LETTER_SCALE.get(text, 1.0)
 
 

@@ -16,7 +16,7 @@ from qdot.exercises.figure.shapes import Box, Circle, Polyline, Shape, Vector2D,
 
 PLACE_ANGLES = tuple(sorted(range(-160, 181, 20), key=abs))
 EXTRA_DISTANCES = (0.0, 6.0, 14.0, 26.0, 42.0, 60.0, 80.0)
-"""Possible places of a label: angles from the preferred direction (degrees), and extra distances (pixels)."""
+"""The possible places of a label: angles from its preferred direction (degrees), and extra distances (pixels)."""
 OVERLAP_COST, OUTSIDE_COST = 400_00, 400_00
 """Cost of each overlapped label, and cost of a place outside the figure.
 
@@ -38,16 +38,17 @@ MIN_DISTANCE_MARGIN = 2.0
 EDGE_MARGIN = 4.0
 """Width of the free margin at the edge of the figure, in pixels."""
 CROSSING_FRACTIONS = (0.1, 0.3, 0.5, 0.7, 0.9)
-"""A leader is tested for crossing other labels at points at these fractions of its length."""
+"""Fractions of a leader's length at which a test checks whether the leader crosses another label."""
 HALF_WIDTH = {"link": 6.0, "rod": 4.0, "plate": 1.0}
-"""Half the width in pixels of lines of some styles."""
+"""Half the width in pixels of lines of these styles."""
 THIN_HALF_WIDTH, CIRCLE_MARGIN = 2.0, 1.5
-"""Half the width of other lines, margin included, and the margin around a circle."""
+"""Half the width of lines of other styles, margin included, and the margin around a circle, in pixels."""
 
 _CosSin = tuple[float, float]
 """Cosine and sine of an angle."""
 _PlaceEntry = tuple[int, int, int, float, _CosSin]
-"""A place: its base cost (hundredths), number, index of the anchor, extra distance, and angle from the direction."""
+"""A place: its base cost (hundredths), number, anchor's index, extra distance, and angle from the anchor's
+direction."""
 
 LEADER_DISTANCE = 15.0
 """Distance in pixels from which a label gets a leader line."""
@@ -90,7 +91,7 @@ class InkPoints:
         self._top, self._bottom = y - half_width, y + half_width
 
     def count_covered(self, box: Box) -> int:
-        """Return how many of the points a box covers."""
+        """Return the number of points that a box covers."""
         left, top, right, bottom = box
         is_covered = (self._left < right) & (self._right > left) & (self._top < bottom) & (self._bottom > top)
         return int(np.count_nonzero(is_covered))
@@ -158,7 +159,7 @@ def _lie_on_both_sides(start: Vector2D, end: Vector2D, point: Vector2D, other_po
 
 
 def _compute_side(start: Vector2D, end: Vector2D, point: Vector2D) -> int:
-    """Return a number whose sign is the side of a line on which a point lies; rounded to be equal on every machine."""
+    """Return a number whose sign says on which side of a line a point lies; rounded to be equal on every machine."""
     (x0, y0), (x1, y1), (x, y) = start, end, point
     return round(((x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)) * 1000)
 
@@ -179,8 +180,8 @@ class _Place:
     """A place for a label, with costs that don't depend on other labels, computed on demand.
 
     `base_cost` is the cost of the place itself. `cost_with_lines` includes the covered lines. `lower_bound` is the
-    lowest total cost that is still possible. `covered_count` is the number of covered points. This number and
-    `leader_cost` are -1 until they are computed.
+    lowest total cost that is still possible. `covered_count` is the number of covered points of lines. `covered_count`
+    and `leader_cost` are -1 until they are computed.
     """
 
     __slots__ = ("base_cost", "box", "cost_with_lines", "covered_count", "leader_cost", "leader_end", "lower_bound")

@@ -70,8 +70,7 @@ def find_normal_axis(chain: Chain) -> str | None:
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
     frames = arm.compute_frames(configurations)
     points = np.concatenate([frames[..., :3, 3], arm.compute_point_of(frames)[:, None]], axis=1).reshape(-1, 3)
-    axes = frames[:, :-1, :3, 2]
-    is_revolute = arm.is_revolute
+    axes, is_revolute = frames[:, :-1, :3, 2], arm.is_revolute
     for k, name in ((2, "z"), (1, "y"), (0, "x")):
         axis_components = np.abs(axes[..., k])
         is_perpendicular = np.all(np.abs(axis_components - is_revolute) < 1e-9) and np.all(np.abs(points[:, k]) < 1e-9)

@@ -3,7 +3,7 @@
 A pose is given by the table entries of the joints, theta_i or d_i with the offset, because a figure shows these
 entries. The candidate poses of an arm get a score. If a pose is given, the view is chosen instead: the usual view is
 rotated about the vertical axis, so that the drawing stays upright. `drawn_chain` is the arm with the lengths for the
-drawing. Arrays have the poses or views on their first axis (k). The weights of scores were chosen by looking at many
+drawing. In shapes of arrays, k is the number of poses or views. The weights of scores were chosen by looking at many
 figures.
 """
 
@@ -32,18 +32,18 @@ MAX_POSES = 2000
 LONG_ARM_JOINTS = 4
 """An arm with more joints is a long arm."""
 CROWDED_PENALTY, CROWDED_DISTANCE = 0.4, 34.0
-"""Penalty for two labels at nearly the same position, and the distance in pixels below which it applies."""
+"""Penalty for two labels that are too close, and the distance in pixels below which this penalty applies."""
 CLEARANCE_WEIGHT = {False: 1.8, True: 4.0}
-"""Maximum bonus for the clearance between links, and penalty if two links cross; higher for a long arm (True)."""
+"""Maximum bonus for the clearance between links, and penalty for two links that cross; True is for a long arm."""
 
 AZIMUTHS, ELEVATIONS = range(0, 360, 15), (24, 12, 40)
 """The angles of views in degrees: from the usual view about the vertical axis, and above the horizon."""
 CROWDED_DISTANCE_IN_VIEW, AXIS_LENGTH = 44.0, 54.0
 """Distance in pixels below which two origins or ends of axes are too close, and length of an axis in pixels."""
 VISIBLE_AXIS_SHARE = 0.45
-"""The share of a z axis that should be visible."""
+"""The fraction of a z axis's length that should be visible."""
 USUAL_VIEW_BONUS = 0.3
-"""Bonus for the usual view, in which the arm's own figure is drawn."""
+"""Bonus for the usual view, in which the arm is drawn when no pose is given."""
 
 
 @dataclass(frozen=True)
@@ -207,9 +207,9 @@ def score_poses(chain: Chain, drawn_chain: Chain, entries: np.ndarray) -> np.nda
 
 
 def _score_without_clearance(chain: Chain, drawn_chain: Chain, entries: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the score of poses (k) without a bonus for clearance, the lines to keep apart, and the scale (k).
+    """Return the score of poses (k) without the bonus for clearance, the lines to keep apart, and the scale (k).
 
-    The lines are the drawn links and axes of the last frame, as pairs of ends (k x s x 2 x 2).
+    The lines (k x s x 2 x 2) are pairs of ends: the drawn links, and axes of the last frame.
     """
     frames, corners, path = compute_skeletons(drawn_chain, entries)
     view = choose_view(chain)
@@ -251,7 +251,7 @@ def list_segments(frames: np.ndarray, corners: np.ndarray, path: np.ndarray, poi
 
 
 def find_clearance(drawn_segments: np.ndarray, axis_count: int) -> np.ndarray:
-    """Return the minimum distance of segments that are not adjacent, and of the far ends of adjacent segments, (k).
+    """Return how far apart the segments are drawn (k): segments that are not adjacent, and far ends of adjacent ones.
 
     The distance is -inf if two segments cross. The last `axis_count` segments are axes of the last frame, which are all
     adjacent to the last link.
@@ -318,7 +318,7 @@ def _compute_drawn_angles(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _count_crowded(frames: np.ndarray, view: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Return how many origins and tips of axes, where labels are, are drawn close together in poses (k)."""
+    """Return how many origins and tips of axes (the places of labels) are drawn close together in each pose (k)."""
     origins = frames[:, :, :3, 3]
     tips = [origins + AXIS_LENGTH / scale[:, None, None] * frames[:, :, :3, k] for k in (0, 2)]
     points = np.concatenate([origins, *tips], axis=1)

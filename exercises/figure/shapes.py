@@ -22,7 +22,7 @@ class Polyline:
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle, radius in pixels."""
+    """A circle; its centre and radius are in pixels."""
 
     center: Vector2D
     radius: float

@@ -58,7 +58,7 @@ CROSS_HALF_SIZE = 6.0
 MAX_SINGULAR_DRAWINGS = 8
 """Maximum number of singular configurations that are drawn."""
 SAMPLED_CONFIGURATIONS = 24
-"""Number of configurations sampled on a condition that ties several joints. The clearest of them is drawn."""
+"""Number of configurations sampled on a condition on several joints. The clearest of them is drawn."""
 MAX_CAPTION_LENGTH = 24
 """Maximum number of characters in a caption."""
 
@@ -85,9 +85,10 @@ def draw_in_pose(chain: Chain, pose: Mapping[str, float], mark_offset: np.ndarra
 def _draw_small(
     chain: Chain, entries: np.ndarray, size: Size, directions: Sequence[np.ndarray] = (), mark: np.ndarray | None = None
 ) -> Figure:
-    """Return a small drawing with marks for lost directions; cached, because many arms have the same proportions.
+    """Return a small drawing with marks for lost directions (unit vectors).
 
-    `mark` is the vector from P to another point that is marked, if any.
+    The drawing is cached, because many arms have the same proportions. `mark` is the vector from P to another point
+    that is marked, if any.
     """
     lost_directions = tuple(tuple(map(float, direction)) for direction in directions)
     mark_vector = None if mark is None else tuple(map(float, mark))
@@ -98,7 +99,7 @@ def _draw_small(
 def _draw_cached(
     chain: Chain, entries: Vector, size: Size, lost_directions: tuple[Vector, ...], mark: Vector | None
 ) -> Figure:
-    """Return a small drawing; all arrays are tuples, so that it can be cached."""
+    """Return a small drawing; arrays are passed as tuples, so that the result can be cached."""
     skeleton = compute_skeleton(chain, np.array(entries))
     shows_last_axis = size == PANEL_SIZE and _is_last_link_too_short(chain)
 
@@ -141,10 +142,10 @@ def _draw_lost_direction(view: View, point: np.ndarray, direction: np.ndarray) -
 
 @dataclass(frozen=True)
 class _ScaledArm:
-    """An arm with numeric lengths (`arm`), and the same arm without joint offsets and scaled (`scaled_chain`).
+    """An arm with numeric lengths (`arm`), and a scaled copy of it without joint offsets (`scaled_chain`).
 
-    `offsets` are the joint offsets, and `values` are the values of the symbolic lengths. The longest length of
-    `scaled_chain` is 1; it is `unit` (m) in `arm`.
+    `offsets` are the joint offsets, and `values` are the values of the symbolic lengths. `unit` (m) is the longest
+    length of `arm`, which becomes 1 in `scaled_chain`.
     """
 
     arm: Chain
@@ -177,7 +178,7 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     """Return drawings of a regular configuration and of singular configurations on each component.
 
     The captions number the components of the singular set from 1, with letters if a component has several drawings.
-    There are at most about MAX_SINGULAR_DRAWINGS singular configurations. Nothing is drawn if the arm has no singular
+    About MAX_SINGULAR_DRAWINGS singular configurations are drawn at most. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
     chain, catalogue, components = make_numbers_exact(chain), load_catalogue(language), find_singular_set(chain) or ()
@@ -216,7 +217,7 @@ def _make_legend(chain: Chain, styles: set[str], catalogue: Catalogue) -> str:
 
 
 def _scale_arm(chain: Chain) -> _ScaledArm:
-    """Return an arm with default values for its symbolic lengths, and scaled for drawing."""
+    """Return an arm with default values for its symbolic lengths, together with its scaled copy for drawing."""
     default_values = choose_symbol_values(chain, max(list_numeric_lengths(chain), default=0.5))
     values = {symbol: sp.Rational(round(float(value) * 100), 100) for symbol, value in default_values.items()}
     arm_at_origin = replace(chain, base=replace(chain.base, position=Base().position))
@@ -228,8 +229,8 @@ def _scale_arm(chain: Chain) -> _ScaledArm:
     def scale_entry(name: str, entry: sp.Expr) -> sp.Expr:
         return variables.get(name) or (entry if name.startswith(ANGLE_PREFIXES) else entry / unit)
 
-    drawn_chain = replace(arm, name="drawn", title="", axis_points=()).map_entries(scale_entry)
-    return _ScaledArm(arm, drawn_chain, np.array([float(value) for value in arm.offsets]), values, float(unit))
+    scaled_chain = replace(arm, name="drawn", title="", axis_points=()).map_entries(scale_entry)
+    return _ScaledArm(arm, scaled_chain, np.array([float(value) for value in arm.offsets]), values, float(unit))
 
 
 def _list_configurations(
@@ -298,7 +299,7 @@ def _format_angle(value: sp.Expr) -> str:
 
 
 def _fit_caption(caption: str, catalogue: Catalogue) -> str:
-    """Return the caption, or a reference to the numbered condition if it is too long to fit below its drawing."""
+    """Return the caption or, if it is too long to fit below its drawing, a reference to the numbered condition."""
     if len(caption) <= MAX_CAPTION_LENGTH:
         return catalogue.localize_number(caption)
     return catalogue.gettext("see the condition above")
@@ -323,7 +324,7 @@ def _find_lost_directions(chain: Chain, drawn_chain: Chain, entries: np.ndarray)
 
 
 def _compute_canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
-    """Return an orthonormal basis of the space that the columns span; it does not depend on the given basis.
+    """Return an orthonormal basis of the space that the columns of `basis` span; it depends only on the space.
 
     The basis from the singular value decomposition depends on the processor. Therefore the coordinate axes are
     projected to the space, one after another, and their new components form the basis.

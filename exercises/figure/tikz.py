@@ -1,4 +1,4 @@
-"""Convert the SVG of a figure to TikZ, so that LaTeX can draw it; only the elements in our figures are supported."""
+"""Convert the SVG of a figure to TikZ, so that LaTeX can draw it; only the elements of qdot's figures are supported."""
 
 import re
 import xml.etree.ElementTree as ET
@@ -39,7 +39,7 @@ class LatexRun:
 
 @dataclass(frozen=True)
 class LatexLine:
-    """Runs of text on one line, centred on `point`, with the baseline at its height."""
+    """Runs of text on one line, centred on `point`, through which the baseline passes."""
 
     point: tuple[float, float]
     colour: str
@@ -60,7 +60,7 @@ class _GroupFrame:
 
 
 def convert_to_tikz(svg: str) -> str:
-    """Return a tikzpicture of one of our figures; needs tikz. Raises ValueError for any other element."""
+    """Return a tikzpicture of one of qdot's figures; LaTeX needs tikz. Raises ValueError for unsupported elements."""
     root = ET.fromstring(svg)  # noqa: S314 - our own figure
     elements, size = list(_convert_elements(root, _GroupFrame(), {})), (root.get("width"), root.get("height"))
     return render("figure/arm.tex.j2", elements=elements, unit=POINTS_PER_PIXEL, size=size)

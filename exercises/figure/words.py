@@ -149,7 +149,7 @@ def _format_vector(vector: sp.Matrix, unit: str = "") -> str:
 def _format_sum(value: sp.Expr, unit: str) -> str:
     """Return a coordinate in words, term by term, with numbers to three digits and signs as words.
 
-    Numbers without a letter are one term.
+    All numbers without a symbol form one term.
 
     >>> _format_sum(sp.Rational(9, 40) + sp.sqrt(3) / 20 - sp.Symbol("d1"), " m")
     '0.312 m minus d1'
