@@ -45,7 +45,7 @@ def write_answer_cell(part: str, text: str) -> str:
 
 
 def fill_in_answers(notebook: str, answers: Mapping[str, str]) -> str:
-    """Return a notebook, as the text of a file, with typed answers by part in the cells for them; other cells stay."""
+    """Return a notebook, as the text of a file, with typed `answers` (by part) filled in."""
     if not answers:
         return notebook
     content = json.loads(notebook)
@@ -82,7 +82,7 @@ Run the next cell. It compares your answers with each other, such as your determ
 
 
 def make_check_page_address(site: str) -> str:
-    """Return the address of the page on which students check their notebooks, on a site given by any of its pages.
+    """Return the address of the page on which students check their notebooks; `site` may be any page of the site.
 
     The link in a notebook names assignment and student after a #, so that the page can report a file of another
     student. A browser never sends this part to the server.
@@ -97,11 +97,11 @@ def write_points(points: float) -> str:
 
 @dataclass(frozen=True)
 class NotebookContent:
-    """What a student's notebook contains.
+    """The content of a student's notebook.
 
     `key` and `student` identify the assignment and the student. `problems` are pairs (slot, problem) with slots p1, p2,
-    … If `with_hints`, three hints that can be expanded follow every prompt. `site` is the address of a site on which
-    students can check the notebook, if there is one.
+    … If `with_hints`, every prompt is followed by three hints that can be expanded. `site` is the address of a site on
+    which students can check the notebook, if there is one.
     """
 
     title: str
@@ -127,17 +127,10 @@ def _make_notebook(
     notebook = new_notebook(metadata={"kernelspec": KERNEL, "language_info": {"name": "python"}, "qdot": metadata})
     has_tables = any(convention_of(problem.chain).shows_table for _, problem in problems)
     opening = render(
-        "notebook/title.md.j2",
-        title=content.title,
-        key=content.key,
-        student=content.student,
-        kind=kind,
-        has_tables=has_tables,
-        check_page=make_check_page_address(content.site) if content.site else "",
-        notebook_seconds=NOTEBOOK_SECONDS,
-        cell_seconds=CELL_SECONDS,
-        gigabytes=MEMORY_GIGABYTES,
-    )
+        "notebook/title.md.j2", title=content.title, key=content.key, student=content.student, kind=kind,
+        has_tables=has_tables, check_page=make_check_page_address(content.site) if content.site else "",
+        notebook_seconds=NOTEBOOK_SECONDS, cell_seconds=CELL_SECONDS, gigabytes=MEMORY_GIGABYTES,
+    )  # fmt: skip
     notebook.cells = [_make_cell("markdown", "title", opening), _make_cell("code", "setup", write_setup_cell(problems))]
     released_texts = {cell.id: cell.source for cell in released_notebook.cells} if released_notebook else {}
     for number, (slot, problem) in enumerate(problems, 1):
@@ -172,8 +165,8 @@ def make_notebook_metadata(kind: str, key: str, student: str, problems: Problems
 def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
     """Return the type, shape, units, labels and options of an answer, without those that are empty.
 
-    `metres` is k if the unit of a determinant is m^k. The options are as in the prompt, without any hint which are
-    correct; the texts of drawn options are empty, because they would reveal the configurations in the drawings.
+    `metres` is k if the unit of a determinant is m^k. The options are as in the prompt, without an indication of which
+    are correct; the texts of drawn options are empty, because they would reveal the configurations in the drawings.
     """
     question = question_of(part)
     form: dict[str, object] = {
@@ -200,10 +193,8 @@ def _make_problem_cells(
     solutions = problem_texts.write_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         part_number, name = f"{number}.{index}", f"{slot}-{part.name}"
-        prompt_text = released_texts.get(f"{name}-question") or _write_prompt(
-            part_number, name, problem, part, with_hints
-        )
-        yield _make_cell("markdown", f"{name}-question", prompt_text)
+        prompt = released_texts.get(f"{name}-question") or _write_prompt(part_number, name, problem, part, with_hints)
+        yield _make_cell("markdown", f"{name}-question", prompt)
         if part.name in solutions:  # the worked solution comes before the cell with the answer
             svg = draw_singular_configurations(problem, part, name)
             figure = _embed_image(svg, "The arm in a regular and in its singular configurations") if svg else ""

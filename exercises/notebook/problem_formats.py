@@ -51,6 +51,11 @@ def _describe_parts(
     `hint_lead` is the beginning of each hint, with {} for the hint's number.
     """
     solutions = problem_texts.write_solutions(problem) if with_solutions else {}
+
+    def draw_solution(part: Part) -> str:
+        is_shown = with_figures and with_solutions
+        return notebook.draw_singular_configurations(problem, part, f"{part.name}-solution") if is_shown else ""
+
     return [
         {
             "name": part.name,
@@ -64,9 +69,7 @@ def _describe_parts(
             "solution": convert(solutions[part.name]) if with_solutions else "",
             "code": problem_texts.write_answer_code(problem, part) if with_solutions and part.type != "text" else "",
             "figure": draw_part_svg(problem.chain, part, part.name) if with_figures else "",
-            "solution_figure": notebook.draw_singular_configurations(problem, part, f"{part.name}-solution")
-            if with_figures and with_solutions
-            else "",
+            "solution_figure": draw_solution(part),
         }
         for part in problem.parts
     ]

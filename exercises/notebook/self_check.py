@@ -1,4 +1,4 @@
-"""Write the last cell of a notebook, in which students compare their answers with each other, without the correct ones.
+"""Write the last cell of a notebook, which compares a student's answers with each other, without the correct ones.
 
 The file relations.toml has the equations between answers, as Python code for the cell (`templates/notebook/
 self-check.py.j2`). The cell needs only SymPy and NumPy.
@@ -53,7 +53,7 @@ class Relation:
     """An equation between the answers to several questions.
 
     - `questions` are the questions whose answers occur in the equation.
-    - `printed_question` is what the check prints, such as "Is your velocity the derivative of your position?"
+    - `printed_question` is the text that the check prints, such as "Is your velocity the derivative of your position?"
     - `left_code` and `right_code` are Python code for the two sides. In the code, `{position}` stands for the answer to
       the question on position. `at` is a random configuration: `at(answer)` are the values of an answer there, and
       `at.slope(answer)` are its derivatives with respect to the joint variables.
@@ -110,11 +110,9 @@ def write_self_check_cell(problems: Problems) -> str:
     }
     unchecked_numbers = sorted(numbers - _list_compared_numbers(problems))
     return render(
-        "notebook/self-check.py.j2",
-        problems=_list_symbols(problems),
-        checks=checks,
+        "notebook/self-check.py.j2", problems=_list_symbols(problems), checks=checks,
         unchecked_numbers=unchecked_numbers,
-    ).strip()
+    ).strip()  # fmt: skip
 
 
 def _list_checks(number: int, slot: str, problem: Problem) -> list[_Check]:
@@ -151,7 +149,7 @@ def _list_compared_numbers(problems: Problems) -> set[str]:
 
 
 def _list_symbols(problems: Problems) -> list[tuple[str, list[tuple[str, list[str]]], list[tuple[str, str]]]]:
-    """Return, for each slot with checks, the names of symbols by role and the values of the given ones as code."""
+    """Return, for each slot with checks, the names of symbols by role, and the given values as code."""
     checked_problems = []
     for slot, problem in problems:
         if any(_find_relations(problem)):

@@ -40,7 +40,7 @@ def write_setup_cell_for_names(*names: Sequence[str], has_custom_questions: bool
 
 
 def _define_symbols(names: Sequence[str]) -> str:
-    """Return the code that defines symbols; if the line is too long, two lines with half of the names each."""
+    """Return the code that defines symbols; if the line would be too long, each half of the names gets its own line."""
     if len(names) == 1:
         return f'{names[0]} = Symbol("{names[0]}")'
     line = f'{", ".join(names)} = symbols("{" ".join(names)}")'
