@@ -48,7 +48,7 @@ LISTING_ARMS, VARIED_LISTING_ARMS = 8, 120
 
 
 def look_up_family(name: str | Family) -> Family:
-    """Return the registered family of a name, or the given family itself. Raises QdotError if there is none."""
+    """Return the registered family with a name, or the given family itself. Raises QdotError for unknown names."""
     if isinstance(name, Family):
         return name
     if name in FAMILIES:
@@ -66,7 +66,8 @@ def sample_chain(
     """Return the arm of a problem. Give `family` if it is not registered (an instructor's own robot).
 
     If a question found nothing to ask about the first arm, a higher `attempt` samples another arm. Raises QdotError if
-    this version doesn't know the family or engine, or if no arm is in the identity's band of difficulty.
+    this version doesn't know the family or the version of the generator (engine), or if no arm has the difficulty that
+    the identity asks for.
     """
     family = family or look_up_family(identity.family)
     if identity.engine != ENGINE:
@@ -79,8 +80,11 @@ def sample_chain(
     stream = Stream(f"qdot/{identity.engine}/{identity.family_and_seed}/arm" + (f"/{attempt}" if attempt else ""))
     axes = list_variation_axes(identity.variation)
     if family.sample_structure is not None:
-        accepts = lambda chain: not _find_objection(describe_as_asked(chain), identity.questions, questions_by_name)  # noqa: E731
-        return describe_as_asked(family.sample_structure(stream, axes, identity.band, accepts))
+
+        def is_suitable(chain: Chain) -> bool:
+            return not _find_objection(describe_as_asked(chain), identity.questions, questions_by_name)
+
+        return describe_as_asked(family.sample_structure(stream, axes, identity.band, is_suitable))
     short_questions = [name for name in identity.questions if name in SHORT_QUESTIONS]
     arms = map(describe_as_asked, _sample_arms(family, stream, axes))
     low, high = identity.band or (0, HARDEST_BAND)
@@ -135,8 +139,8 @@ def _look_up_listing(family: Family) -> FamilyListing | None:
 def list_questions_of_family(family: str | Family, convention: str = "") -> tuple[str, ...]:
     """Return the names of the questions that apply to a family's arms; if structures vary, to at least one arm."""
     known_family = look_up_family(family)
-    listed = _look_up_listing(known_family)
-    return determine_questions(known_family, convention) if listed is None or convention else listed.questions
+    listing = _look_up_listing(known_family)
+    return determine_questions(known_family, convention) if listing is None or convention else listing.questions
 
 
 def select_quiz_questions(family: str | Family, convention: str = "") -> tuple[str, ...]:
@@ -188,8 +192,8 @@ def _sample_listing_arms(family: Family) -> tuple[Chain, ...]:
 def find_listing(family: str | Family, convention: str = "") -> FamilyListing:
     """Return a family's listing: stored for a registered family, otherwise computed from sampled arms."""
     known_family = look_up_family(family)
-    listed = _look_up_listing(known_family) or compute_listing(known_family)
-    return replace(listed, questions=determine_questions(known_family, convention)) if convention else listed
+    listing = _look_up_listing(known_family) or compute_listing(known_family)
+    return replace(listing, questions=determine_questions(known_family, convention)) if convention else listing
 
 
 @cache
@@ -222,9 +226,9 @@ def check_questions(
             reason = questions_by_name[name].find_convention_objection(convention or DEFAULT_CONVENTION)
             if reason is not None:
                 raise QdotError(f"question {name!r} can't be asked about {known_family.name}: {reason}")
-    listed = None if convention else _look_up_listing(known_family)
-    if listed is not None:
-        unlisted_names = [name for name in questions if name not in listed.questions]
+    listing = None if convention else _look_up_listing(known_family)
+    if listing is not None:
+        unlisted_names = [name for name in questions if name not in listing.questions]
         is_covered = not known_family.has_varied_structure and band is None and variation in VARIATION_STEPS
         if is_covered and not unlisted_names:
             return  # the listing holds for the arms of every step, so no arm needs to be sampled
@@ -240,7 +244,7 @@ def check_questions(
 class InapplicableQuestion(QdotError):
     """Raised if an instructor's own question, `name`, can't be asked about an arm.
 
-    `key` is the key of the question that has to be changed; it is "" for that of the answer.
+    `key` is the key in the question's definition that has to be changed; it is "" if this is the key of the answer.
     """
 
     def __init__(self, message: str, name: str, key: str) -> None:
