@@ -10,8 +10,8 @@ A *structure* says which entries of an arm's DH table are zero. For each joint i
 The code of a structure has one word for each joint, such as "Rdx Ra Pt". Each word begins with the joint's kind. The
 other letters mark what is not zero: a_i, d_i, t for theta_i of a prismatic joint, x for the twist.
 
-Structures of one *class* lead to the same problem: their Jacobians differ only in signs and names of symbols.
-`tests.tools.structures` finds all clean structures and their classes.
+Structures of one *class* lead to the same problem: their Jacobians differ only in signs and names of symbols. A program
+found all clean structures and their classes once; the head of structures.txt says where it is in the history.
 """
 
 from dataclasses import dataclass
