@@ -33,8 +33,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.site.record import make_arm_record
 from qdot.grader.marking import partial_credit
-from tests.exercises.formula import test_reading as writings
-from tests.support import DATA, ROOT
+from tests.support import DATA, ROOT, read_cases
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem
 from tests.support.programs import require_program
@@ -65,7 +64,6 @@ class Query:
     answers: list[Answer] = field(default_factory=list)
 
     def as_json(self) -> dict[str, Any]:
-        """Return the query in the form of site/tests/readings.ts."""
         symbols = [sorted(symbol_set) for symbol_set in SYMBOL_SETS]
         return {"symbols": symbols, "readings": self.readings, "problems": problems_json(), "answers": self.answers}
 
@@ -82,7 +80,6 @@ def problems() -> tuple[Problem, ...]:
 
 @cache
 def problems_json() -> list[dict[str, Any]]:
-    """Return the problems in the form of the site's bank, with the fields that judging needs."""
     return [
         {
             "id": f"{problem.chain.name} {problem.id}",
@@ -152,7 +149,6 @@ def judge_answer(problem: int, name: str, text: str) -> tuple[str, float]:
 
 
 def judge_part(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
-    """Return the outcome and share of an answer to a part of any problem."""
     part_by_entries = replace(part, credit=Credit("entries"))  # the site gives no credit for factors or known mistakes
     with patch.object(partial_credit, "_credit_terms", return_value=None):  # nor for terms of sums
         judgement = judge_with_credit(problem, part_by_entries, text, seed)
@@ -160,7 +156,6 @@ def judge_part(problem: Problem, part: Part, text: str, seed: str) -> tuple[str,
 
 
 def part_of(problem: int, name: str) -> Part:
-    """Return a part of one of the problems."""
     return next(part for part in problems()[problem].parts if part.name == name)
 
 
@@ -300,9 +295,9 @@ def make_stored_query() -> Query:
 
 
 def list_known_texts() -> list[str]:
-    """Return texts whose reading is tested elsewhere."""
-    fixed_texts = [*writings.POSITIONS, *writings.MATRICES, *(text for text, _ in writings.REFUSED)]
-    return [*fixed_texts, *(text for texts in writings.WRITINGS.values() for text in texts)]
+    notations = read_cases("notations")
+    fixed_texts = [*notations["positions"], *notations["matrices"], *(text for text, _ in notations["refused"])]
+    return [*fixed_texts, *(text for texts in notations["writings"].values() for text in texts)]
 
 
 def _make_answer(rng: Stream) -> Answer:
@@ -346,7 +341,6 @@ def right_answers(problem: int, name: str) -> Sequence[str]:
 
 
 def main() -> int:
-    """Ask both readers, and print where they differ."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=2000, help="number of texts; a quarter as many answers")
     parser.add_argument("--seed", default="1", help="another seed gives other texts")

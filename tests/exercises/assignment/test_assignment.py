@@ -30,6 +30,7 @@ from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import CERTIFIER
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
+from tests.support import read_cases
 from tests.support.command import run, run_and_fail, runner
 from tests.support.submitting import make_class
 
@@ -71,82 +72,30 @@ def test_init_overwrites_nothing(folder: Path) -> None:
     assert (folder / "secret.txt").read_text() == before
 
 
-WRONG_TOML = [
-    (TOML + "question = []\n", "line 7 … problem 1 … 'question' … 'questions'"),
-    ('titel = "T"\n' + TOML, "line 1 … 'titel' … 'title'"),
-    ('site = "example.edu"\n' + TOML, 'line 1 … site = "example.edu" … https://'),
-    (TOML + "hint = true\n", "line 7 … 'hint' … 'hints' … top"),
-    (TOML.replace("planar-2r", "planer-2r"), "line 5 … 'planer-2r' … 'planar-2r'"),
-    (TOML.replace("position", "positiom"), "line 6 … 'positiom' … 'position'"),
-    (TOML.replace('["position"]', '["position", "position"]'), "line 6 … twice"),
-    (TOML.replace('["position"]', "[]"), "line 6 … questions = []"),
-    (TOML.replace('"position"', '"quiz", "rank"'), 'questions = "quiz"'),
-    (TOML.replace('"planar-2r"\nquestions = ["position"]', '"random-3"'), "list questions"),
-    (TOML.replace("planar-2r", "planar-3r").replace('"position"', '"determinant"'), "not square"),
-    (TOML.replace('["position"]', '"position"'), 'questions = "position" … questions = ['),
-    (TOML + "points = [1, 2]\n", "line 7 … points = [1, 2] … 2 numbers for 1 question"),
-    (TOML.replace('"]\n', '", "jacobian"]\npoints = [1]\n'), "1 number for 2 questions … points = [1, 1]"),
-    (TOML + "points = [-1]\n", "points = [-1] … positive"), (TOML + "points = [nan]\n", "points = [nan] … positive"),
-    (TOML + 'points = ["one"]\n', 'line 7 … points = ["one"] … positive'),
-    (TOML + "points = 3\n", "line 7 … points = 3 … list"),
-    (TOML + 'difficulty = "easy"\n', 'difficulty = "easy" … 0 to 4'),
-    (TOML.replace("planar-2r", "cartesian") + "difficulty = [3, 4]\n", "[3, 4] … cartesian … 3 to 4"),
-    (TOML.replace('family = "planar-2r"', "family = 2"), 'family = 2 … family = "'),
-    (TOML.replace('family = "planar-2r"\n', ""), "line 4 … problem 1 … family"),
-    (TOML.replace('family = "planar-2r"', 'robot = "arm.toml"'), 'line 5 … robot = "arm.toml" … no file'),
-    (TOML.replace('key = "hw"', 'key = "../hw"'), 'line 2 … key = "../hw"'),
-    (TOML.replace('"hw"', '"CON"'), 'line 2 … key = "CON" … Windows'),
-    (TOML.replace('"hw"', '"a."'), 'line 2 … key = "a." … Windows'),
-    (TOML.replace('"T"', '" "'), 'line 1 … title = " "'),
-    ("due = 2027-01-15\n" + TOML, "line 1 … due = 2027-01-15 … time"),
-    ("due = 2027-02-30T10:00:00\n" + TOML, "line 1 … 2027-01-15T"),
-    ('feedback = "all"\n' + TOML, 'line 1 … feedback = "all" … "outcome", "mistake", "counterexample"'),
-    (TOML.replace('title = "T"\n', ""), "'title' … needed: title, key, problem"),
-    ('title = "T"\nkey = "hw"\n', "'problem'"), (TOML.replace("[[problem]]", "[problem]"), "line 4 … [[problem]]"),
-    (TOML.replace("[[problem]]", "[[problems]]"), "line 4 … 'problems' … 'problem'"), ('title = "T\n', "line 1"),
-    (TOML.replace('"hw"', "hw"), "line 2 … quotes"),
-    (TOML.replace('["position"]', '["position" "jacobian"]'), "line 6 … unclosed array"),
-    (TOML + "[problem]\n", "line 7 … 'problem'"),
-    ("question = 3\n" + TOML, "line 1 … question = 3 … [question.NAME]"), ("", "is missing"),
-]  # fmt: skip
+REFUSED = read_cases("refused_assignments")
 
 
-@pytest.mark.parametrize(("toml", "message"), WRONG_TOML)
-def test_error_in_assignment_toml_names_its_line(folder: Path, toml: str, message: str) -> None:
-    (folder / "assignment.toml").write_text(toml)
+@pytest.mark.parametrize("case", REFUSED["assignment"], ids=lambda case: case["message"])
+def test_error_in_assignment_toml_names_its_line(folder: Path, case: dict[str, str]) -> None:
+    (folder / "assignment.toml").write_text(case["text"])
     with pytest.raises(QdotError, match=r"assignment\.toml") as caught:
         load_assignment(folder)
-    assert contains_pieces(str(caught.value), message)
+    assert contains_pieces(str(caught.value), case["message"])
 
 
-WRONG_ROSTERS = [
-    ("student,name\ns1,A\ns2,B\ns1,C\n", "line 4 … 's1' … line 2"),
-    ("student\nAda\nada\n", "line 3 … 'ada' … line 2"),
-    ('student,name\n\ns1,"A"\ns1,B\n', "line 4 … 's1' … line 3"),
-    ("name,student\nA,s1\n", "first column … 'name'"),
-    ("name\tstudent\nA\ts1\n", "line 1 … first column … 'name' … 'student'"),
-    ("sep=;\nname;student\n", "line 2 … first column … 'name' … 'student'"),
-    ("", "empty"),
-    ("student\n", "the roster is empty"),
-    ("student,name\n,Ada\n", "line 2 … empty"),
-    ("student\n../s1\n", "line 2 … '../s1'"),
-    ("student\n.\n", "line 2 … '.'"),
-    ("student\na/b\n", "line 2 … 'a/b'"),
-    ('student\n"a\nb"\n', "line 2 … quote"),
-    ('student,name\ns1,"Ada\ns2,Bo\n', "line 2 … quote"),
-    ("student,name\ns1,Lovelace, Ada\n", "line 2 … 3 cells … 2"),
-    ("student,name,name\ns1,A,B\n", "line 1 … 'name'"),
-    ("student,name\ns1,A\0\n", "line 2 … UTF-8"),
-    *((f"student\ns1\n{name}\n", f"line 3 … '{name}' … Windows") for name in (
-        "CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.",
-    )),
-    (b"student\n\x81\n", "line 2 … UTF-8"),  # in none of Excel's encodings, or in two at once
-    ("student\nZo\xeb\n".encode() + b"\xeb\n", "line 3 … UTF-8"),
-    (b"\xff\xfes\0t\0\n\0\0\xd8", "line 2 … UTF-8"),
-]  # fmt: skip
+NAMES_ON_WINDOWS = ("CON", "con.txt", "aux .b", "NUL", "Prn", "com1", "COM²", "lpt9.csv", "CONIN$", "ada.")
 
 
-@pytest.mark.parametrize(("roster", "message"), WRONG_ROSTERS)
+@pytest.mark.parametrize(
+    ("roster", "message"),
+    [
+        *REFUSED["rosters"],
+        *((f"student\ns1\n{name}\n", f"line 3 … '{name}' … Windows") for name in NAMES_ON_WINDOWS),
+        (b"student\n\x81\n", "line 2 … UTF-8"),  # in none of Excel's encodings, or in two at once
+        ("student\nZo\xeb\n".encode() + b"\xeb\n", "line 3 … UTF-8"),
+        (b"\xff\xfes\0t\0\n\0\0\xd8", "line 2 … UTF-8"),
+    ],
+)
 def test_error_in_roster_names_its_line(folder: Path, roster: str | bytes, message: str) -> None:
     (folder / "roster.csv").write_bytes(roster if isinstance(roster, bytes) else roster.encode())
     with pytest.raises(QdotError, match=r"roster\.csv") as caught:

@@ -31,6 +31,7 @@ from qdot.exercises.writing.markup import to_text
 from qdot.exercises.writing.problem_texts import get_solution_steps
 from qdot.exercises.writing.solution_steps import SingularComponent, SolutionSteps
 from tests.repository.test_schemas import find_schema_errors
+from tests.support import read_cases
 from tests.support.command import run, run_and_fail
 from tests.support.solving import solve_to_json, solve_to_text
 from tests.support.suites import sample_for_suite
@@ -89,65 +90,14 @@ def _refused(tmp_path: Path, old: str, new: str) -> str:
 
 
 HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
-JOINT_1 = "alpha = 0\n[[joint]]"
-MISTAKES = [
-    ('kind = "R"\ntheta = "theta1"', 'kind = "X"\ntheta = "theta1"', 'line 3: joint 1 … kind = "X" … "R"'),
-    ("alpha = 0\n[[", "alhpa = 0\n[[", "line 7: joint 1 … 'alhpa' … 'alpha'"),
-    (JOINT_1, "[[joint]]", "line 2: joint 1 … 'alpha'"), (HEAD, "", "'name'"),
-    (HEAD, "name = 5", "line 1 … name = 5"), (HEAD, f'{HEAD}\ntol = "z"', "line 2 … 'tol' … 'tool'"),
-    (HEAD, f'{HEAD}\ntask = ["vx", "vq"]', 'line 2 … task = ["vx", "vq"] … \'vq\''),
-    (HEAD, f'{HEAD}\ntask = ["vx", "vx"]', "'vx' … twice"), (HEAD, f'{HEAD}\ntask = ["x", "y"]', "'x' … vx, vy"),
-    (HEAD, f'{HEAD}\npoint = "O5"', 'line 2 … point = "O5" … "O0" … "O2"'),
-    (HEAD, f"{HEAD}\npoint = [1, 2]", "point = [1, 2] … origin of a frame"),
-    (HEAD, f'{HEAD}\npoint = ["theta1", 0, 0]', 'x = "theta1" … joint 1'),
-    (HEAD, f'{HEAD}\npoint = [0, "4 cm", 0]', 'y = "4 cm" … cm is a unit … metres'),
-    (LAST, LAST + 'task = ["vx"]\n', "line 14: joint 2 … 'task' … top … [[joint]]"),
-    ('a = "a1"', 'a = "f(a1)"', "line 6: joint 1 … a = \"f(a1)\" … 'f'"),
-    ('a = "a1"', 'a = "theta2"', 'joint 1 … a = "theta2" … joint 2'),
-    ('a = "a1"', 'a = "alpha2"', 'joint 1 … a = "alpha2" … angle'),
-    ('a = "a1"', 'a = "pi/2"', 'joint 1 … a = "pi/2" … metres'),
-    ('a = "a1"', 'a = "1/0"', 'joint 1 … a = "1/0" … zero'), ('a = "a1"', 'a = "9**9**9**9"', "joint 1: a"),
-    ('a = "a1"', 'a = "0,4"', 'joint 1 … a = "0,4" … 0.4'), ('a = "a1"', "a = true", "joint 1 … a = true"),
-    ('a = "a1"', "a = inf", "joint 1 … a = inf … finite"), ('a = "a1"', "a = 1e400", "joint 1 … a = 1E+400 … range"),
-    ('a = "a1"', "a = “a1”", 'line 6 … quotes … "'),
-    ('a = "a1"', 'α = "a1"', "invalid statement … KEY = VALUE"), ('a = "a1"', 'a = "\\pi"', "'\\' … backslash"),
-    ('a = "a1"', 'a = "vx"', 'a = "vx"'), ('a = "a1"', 'a = "c1"', "c1 … cosine"), ('a = "a1"', 'a = "k"', "k1"),
-    ('a = "a1"', 'a = "len"', "'len'"), ("a = 0.35", "a = 0.35 m", "line 12 … not valid TOML"),
-    ('kind = "R"\ntheta = "theta1"', "kind = ", "line 3: not valid TOML"),
-    (LAST, 'a = 0.35\nalpha = "a1"\n', 'joint 2 … alpha = "a1" … alpha1'),
-    (LAST, 'a = 0.35\nalpha = "theta7"\n', "theta7 … joint 2"),
-    ('kind = "R"', 'kind = "P"', 'joint 1 … d = 0 … "P" … d = "d1"'),
-    ('kind = "R"\ntheta = "theta1"\nd = 0', 'kind = "P"\ntheta = "theta1"\nd = "d1"', "theta1 … angle alpha or b"),
-    ('theta = "theta1"', "theta = 0", 'joint 1 … theta = 0 … "R"'),
-    ('theta = "theta1"', 'theta = "2*theta1"', 'line 4: joint 1 … theta = "2*theta1" … "R"'),
-    ('theta = "theta1"', 'theta = "theta1 + theta2"', "theta2 … joint 2"),
-    ('theta = "theta1"', 'theta = "theta1"\nalpha = 1.5708', "line 8: not valid TOML"),
-    (JOINT_1, "alpha = 1.5708\n[[joint]]", '"pi/2"'), (JOINT_1, "alpha = 90\n[[joint]]", 'radians … "pi/2"'),
-    (JOINT_1, "alpha = pi/2\n[[joint]]", "line 7: not valid TOML … formulas"),
-    (LAST, LAST + "[draw]\na1 = [0.4, 0.2]\n", "line 15: draw … a1 = [0.4, 0.2] … smaller"),
-    (LAST, LAST + "[draw]\na1 = [-0.4, 0.2]\n", "draw … -0.4 … between 0 and 1000 m"),
-    (LAST, LAST + "[draw]\na1 = [0.401, 0.402]\n", "draw … a1 = [0.401, 0.402] … whole centimetres"),
-    (LAST, LAST + "[draw]\na1 = 0.4\n", "draw … a1 = 0.4 … a1 = [0.3, 0.8]"),
-    (LAST, LAST + "[draw]\na9 = [0.1, 0.2]\n", "draw … 'a9'"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("old", "new", "said"), MISTAKES)
+REFUSED = read_cases("refused_robots")
+@pytest.mark.parametrize(("old", "new", "said"), REFUSED["changes"])
 def test_a_mistake_is_told_by_place(tmp_path: Path, old: str, new: str, said: str) -> None:
     told = _refused(tmp_path, old, new)
     assert all(piece in told for piece in said.split(" … ")), told
 
 
-@pytest.mark.parametrize(
-    ("key", "typed", "end"),
-    [
-        *(("alpha", typed, 'angles are in radians, as in "pi/2"') for typed in
-          ("90 deg", "90deg", "-45°", "30 Degrees", "60*deg", "beta + 90 deg", "1.5708 rad", "0.4 m")),
-        *(("a", typed, 'lengths are in metres, as in 0.4 or "a1"') for typed in
-          ("0.4 m", "0.4m", "400 mm", "400MM", "40 * cm", "a1 + 5cm", "90 deg")),
-        ("a", "a1 b2", ' did you mean "a1*b2"?'), ("a", "(a1)(b2)", ' did you mean "(a1)*(b2)"?'),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("key", "typed", "end"), REFUSED["entries"])
 def test_units_and_products_without_a_sign_are_refused(tmp_path: Path, key: str, typed: str, end: str) -> None:
     line = {"a": f'a = "{typed}"\nalpha = 0\n', "alpha": f'a = 0.35\nalpha = "{typed}"\n'}[key]
     said = _refused(tmp_path, LAST, line)
