@@ -72,14 +72,12 @@ def _textbook_arm(record: dict[str, Any]) -> TextbookArm:
 
 @pytest.fixture(scope="session")
 def textbook_arms() -> dict[str, TextbookArm]:
-    """The arms of ground_truth.json by name."""
     records = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
     return {record["name"]: _textbook_arm(record) for record in records}
 
 
 @pytest.fixture(scope="session")
 def seeds() -> range:
-    """The seeds of the problems to generate from each family."""
     return range(6)
 
 

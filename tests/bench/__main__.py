@@ -32,7 +32,6 @@ PYTHON_OF_NBGRADER = ROOT / ".venvs" / "readers" / "bin" / "python"
 
 
 def main() -> int:
-    """Measure everything, print each figure as soon as it is available, and write the table."""
     begun = time.monotonic()
     figures = []
     with tempfile.TemporaryDirectory() as name:
@@ -58,7 +57,6 @@ def _processor() -> str:
 
 
 def measured(folder: Path) -> Iterator[Figure]:
-    """Yield the figures, in the order of the table."""
     single, assignment = a_class(folder / "single", 1), a_class(folder / "class", STUDENTS)
     hand_in(single, folder / "one", ("right",))
     hand_in(assignment, folder / "many", [kind for kind in MIX for _ in range(ALIKE)])
@@ -122,7 +120,6 @@ def beside_nbgrader(each: float, folder: Path) -> Iterator[Figure]:
 
 
 def generation(folder: Path) -> Iterator[Figure]:
-    """Yield what problems and the site's records take."""
     each = generating(folder / "classes", 8)
     problem = "a problem with five questions, mixed families"
     yield Figure(problem, each / len(MIXED), LOADED, loading(), 0.05, of_seconds=True)

@@ -36,13 +36,11 @@ class Figure:
 
     @property
     def is_met(self) -> bool:
-        """Return whether the goal is reached."""
         measured = self.seconds if self.of_seconds else self.ratio
         return measured >= self.goal if self.is_least else measured <= self.goal
 
     @property
     def cells(self) -> tuple[str, ...]:
-        """The cells of a row of the table."""
         aim = f"{'≥' if self.is_least else '≤'} {_shown(self.goal)}{' s' if self.of_seconds else ''}"
         if self.why:
             return self.what, "–", self.beside, "–", aim, self.why

@@ -98,7 +98,6 @@ def _time_release(context: ReleaseContext, student: str) -> float:
 
 
 def _make_class(folder: Path, students: int, is_custom: bool = False) -> Path:
-    """Write the assignment of a class; with `is_custom`, the questions are an instructor's own."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     processor_time([*QDOT, "init", str(folder), "--key", "bench"], folder.parent)
     roster = "student,name,email\n" + "".join(f"s{n:05d},,\n" for n in range(students))

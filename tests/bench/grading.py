@@ -28,7 +28,6 @@ MIX = (
 
 
 def a_class(folder: Path, size: int) -> Assignment:
-    """Make a class with its notebooks."""
     init_assignment(folder, "Bench", "bench", [Student(f"s{n:05d}") for n in range(size)], "a secret, long enough")
     file = folder / "assignment.toml"
     file.write_text(file.read_text("utf-8").split("\n[[problem]]")[0] + SLOT, encoding="utf-8")
@@ -38,7 +37,6 @@ def a_class(folder: Path, size: int) -> Assignment:
 
 
 def hand_in(assignment: Assignment, target: Path, kinds: Sequence[str]) -> None:
-    """Write a submission for every student, of one kind after the other."""
     target.mkdir()
     for number, student in enumerate(assignment.roster):
         text = (assignment.folder / "released" / student.id / f"{assignment.key}.ipynb").read_text("utf-8")

@@ -79,6 +79,5 @@ def nbgrader(assignment: Assignment, folder: Path, python: Path) -> float:
 
 
 def mark(name: str, points: int, solution: bool = False, grade: bool = False) -> dict[str, Any]:
-    """Return nbgrader's metadata of a cell."""
     metadata = {"grade_id": name, "solution": solution, "grade": grade, "locked": grade}
     return {**metadata, "schema_version": 3, "task": False, **({"points": points} if grade else {})}

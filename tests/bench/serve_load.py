@@ -52,7 +52,6 @@ class Browser:
             return json.loads(response.read())
 
     def upload(self, key: str, content: bytes) -> int:
-        """Upload a notebook, and return the number of the submission."""
         boundary, body = uuid.uuid4().hex, b""
         for name, data in (('"request"', str(uuid.uuid4()).encode()), ('"file"; filename="a.ipynb"', content)):
             head = f"--{boundary}\r\nContent-Disposition: form-data; name={name}\r\n\r\n"

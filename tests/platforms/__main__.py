@@ -48,7 +48,6 @@ def main(names: list[str]) -> int:
 
 
 def find_software(variable: str) -> Path | None:
-    """Return the path that the environment variable holds, else that of the installed copy, or None."""
     named = os.environ.get(variable)
     if named:
         return Path(named)

@@ -40,7 +40,6 @@ def make_assignment(folder: Path, kind: str) -> Assignment:
 
 
 def make_request(folder: Path, kind: str, variants: int = 1) -> ExportRequest:
-    """Return a request to export such an assignment, with solutions and so many variants of each problem."""
     return ExportRequest(
         make_assignment(folder, kind), find_failures, variant_count=variants, has_solutions=True,
         compute_earned_share=compute_earned_share,
@@ -79,7 +78,6 @@ def _write_problem(family: str, questions: list[str], gallery_name: str = "") ->
 
 
 def write_files(files: Iterable[ExportedFile], folder: Path) -> list[Path]:
-    """Write exported files into a folder, and return their paths."""
     paths = []
     for file in files:
         paths.append(folder / file.path)

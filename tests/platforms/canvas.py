@@ -107,7 +107,6 @@ def _find_blanks(item: ElementTree.Element) -> list[tuple[str, ...]]:
 
 
 def _find_scored_answers(item: ElementTree.Element) -> list[str]:
-    """Return the answers that earn points in a converted item."""
     answers = []
     for branch in (element for element in item.iter() if _get_tag(element) in ("responseIf", "responseElseIf")):
         condition, *outcomes = list(branch)
@@ -121,7 +120,6 @@ def _find_scored_answers(item: ElementTree.Element) -> list[str]:
 
 
 def _list_values(condition: ElementTree.Element) -> list[str]:
-    """Return the values that a condition requires, without those that it excludes."""
     if _get_tag(condition) == "not":
         return []
     if _get_tag(condition) == "baseValue":

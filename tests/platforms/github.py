@@ -29,7 +29,6 @@ ISSUE = f"repos/{OWNER}/{KEY}-grading/issues/1"
 
 
 def run(software: Path, work: Path) -> Record:
-    """Grade a class by the exported workflow, twice, and have two students' repositories check themselves."""
     with serve_pushed_class("github", work) as pushed_class:
         act = _Act(software, work, pushed_class)
         grading = pushed_class.clone(f"{KEY}-grading", work / "clone", "https://github.com/")
@@ -86,7 +85,6 @@ class _Act:
         )
 
     def run(self, event: str, clone: Path) -> str:
-        """Run the workflow of a clone for an event; return the runner's output."""
         variables = {
             "RUNNER_TOOL_CACHE": self.work / "tools", "AGENT_TOOLSDIRECTORY": self.work / "tools",
             "GIT_CONFIG_GLOBAL": self.work / "gitconfig", "GITHUB_API_URL": self.pushed_class.server.api,

@@ -50,7 +50,6 @@ def run(software: Path, work: Path) -> Record:
 def _run_pipeline(
     software: Path, work: Path, pushed_class: PushedClass, clone: Path, variables: Mapping[str, str]
 ) -> str:
-    """Run the pipeline of a clone; return the runner's output."""
     options = [word for name, value in variables.items() for word in ("--variable", f"{name}={value}")]
     path = f"{pushed_class.python / 'bin'}{os.pathsep}{os.environ['PATH']}"
     done = run_job(

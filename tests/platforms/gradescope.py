@@ -104,7 +104,6 @@ class _Container:
         (self.autograder / "run_autograder").chmod(0o755)
 
     def grade(self, student: Student, notebook: str) -> Any | None:
-        """Return results.json for a student's upload, or None if the autograder fails or writes none."""
         for name in ("submission", "results"):
             shutil.rmtree(self.autograder / name, ignore_errors=True)
             (self.autograder / name).mkdir()
@@ -140,7 +139,6 @@ def _copy_certificates(root: Path) -> dict[str, str]:
 
 
 def _make_metadata(student: Student) -> dict[str, Any]:
-    """Return the content of submission_metadata.json, after the example in Gradescope's documentation."""
     due_dates = {"due_date": "2027-01-31T23:00:00.000000-08:00", "late_due_date": None}
     assignment = {
         **due_dates, "release_date": "2027-01-02T00:00:00.000000-08:00", "title": "Arms & <signs>",

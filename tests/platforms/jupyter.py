@@ -44,7 +44,6 @@ def serve_jupyterlab(software: Path, folder: Path, home: Path) -> Iterator[str]:
 
 
 def fetch_page(address: str) -> str:
-    """Return the text that the server sends for an address."""
     request = urllib.request.Request(address, headers={"Authorization": f"token {TOKEN}"})
     with urllib.request.urlopen(request, timeout=120) as response:
         return str(response.read().decode())

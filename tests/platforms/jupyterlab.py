@@ -45,7 +45,6 @@ def write_submissions(assignment: Assignment, folder: Path) -> list[str]:
 
 
 def get_version(software: Path) -> str:
-    """Return the name and version of JupyterLab."""
     done = subprocess.run([software / "bin" / "jupyter-lab", "--version"], capture_output=True, text=True)
     return f"JupyterLab {done.stdout.strip()}"
 
@@ -61,7 +60,6 @@ def run_notebooks(software: Path, lab: Path, home: Path, notebooks: Sequence[str
 
 
 def run_in_browser(software: Path, home: Path, address: str, download_folder: str, notebooks: Sequence[str]) -> Any:
-    """Run jupyterlab_page.py on notebooks at an address, and return its output."""
     chromium = shutil.which("chromium") or "chromium"
     command: list[str | Path] = [
         software / "bin" / "python", SCRIPT, address, download_folder, chromium, software / "pictures", *notebooks

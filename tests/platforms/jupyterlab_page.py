@@ -81,7 +81,6 @@ SCROLL_TO_TOP = (
 
 
 def main(address: str, download_folder: str, chromium: str, pictures: str, *names: str) -> None:
-    """Print what the browser displays of each notebook."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         displayed = []

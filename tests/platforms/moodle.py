@@ -61,7 +61,6 @@ class SampleAnswer:
     language: str = POINT
 
     def make_request(self) -> Json:
-        """Return the answer as moodle.php reads it."""
         fields = {"numbers": self.numbers, "chosen": self.chosen_indices, "options": self.options, "text": self.text}
         return {**fields, "language": self.language}
 
@@ -91,7 +90,6 @@ def run(software: Path, work: Path) -> Record:
 
 
 def call_moodle(software: Path, script: Path = QUIZ_SCRIPT, **request: object) -> Json:
-    """Send a request to a script that runs in Moodle, and return its response."""
     text = json.dumps({"config": str(software / "config.php"), **request})
     done = subprocess.run((*PHP, str(script)), input=text, capture_output=True, text=True, check=False)
     if done.returncode:

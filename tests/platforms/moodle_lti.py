@@ -69,7 +69,6 @@ def run(software: Path, work: Path) -> Record:
 
 
 def _make_assignment(folder: Path) -> Assignment:
-    """Make an assignment that was due two hours ago and loses half of its points each day."""
     init_assignment(folder, "Velocity kinematics", "velocity", STUDENTS, "0123456789abcdef")
     due = datetime.datetime.now(datetime.UTC) - datetime.timedelta(hours=2)
     (folder / "assignment.toml").write_text(SETTINGS.format(due=due), encoding="utf-8")
@@ -77,7 +76,6 @@ def _make_assignment(folder: Path) -> Assignment:
 
 
 def _list_answers(assignment: Assignment) -> dict[str, str]:
-    """Return Ada's right answers, by part."""
     (slot, problem), *_ = assignment.generate_problems("ada")
     return {f"{slot}.{part.name}": write_answer_code(problem, part) for part in problem.parts}
 
@@ -115,7 +113,6 @@ def _run_browser(request: Json) -> list[tuple[str, bool, str]]:
 
 @contextmanager
 def _serve_class(folder: Path) -> Iterator[str]:
-    """Run `qdot serve` on a free port, and yield its address."""
     port = find_free_port()
     url = f"http://127.0.0.1:{port}"
     command = [sys.executable, "-m", "qdot.grader.cli.main", "serve", str(folder), "--port", str(port), "--url", url]

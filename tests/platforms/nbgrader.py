@@ -73,11 +73,9 @@ class _Course:
     folder: Path
 
     def run_as_staff(self, *words: str) -> None:
-        """Run an nbgrader command in the course folder."""
         self._run(self.folder, *words)
 
     def submit_and_collect(self, assignment: Assignment) -> None:
-        """Submit every student's notebook, and collect all."""
         for student in (student.id for student in assignment.roster):
             file = f"{student}/{KEY}/{KEY}.ipynb"
             (self.work / file).parent.mkdir(parents=True)
@@ -110,18 +108,14 @@ class _Course:
 
 @dataclass(frozen=True)
 class _Formgrader:
-    """The formgrader's pages and API."""
-
     address: str
 
     @cached_property
     def scores(self) -> Mapping[str, Mapping[str, Any]]:
-        """Each student's entry in the list of submissions."""
         return {entry["student"]: entry for entry in json.loads(fetch_page(f"{self.address}/api/submissions/{KEY}"))}
 
     @cached_property
     def notebooks(self) -> Mapping[str, str]:
-        """The ids of the submitted notebooks, by student."""
         entries = json.loads(fetch_page(f"{self.address}/api/submitted_notebooks/{KEY}/{KEY}"))
         return {entry["student"]: entry["id"] for entry in entries}
 
@@ -131,7 +125,6 @@ class _Formgrader:
         return {box["name"]: box["auto_score"] for box in boxes}
 
     def fetch_text(self, student: str) -> str:
-        """Return the text of a student's page."""
         return _extract_text(fetch_page(f"{self.address}/submissions/{self.notebooks[student]}/"))
 
 

@@ -49,7 +49,6 @@ def make_class_assignment(folder: Path, students: Iterable[str] = (RIGHT, WRONG,
 
 
 def export_into(assignment: Assignment, export_format: str, folder: Path) -> Path:
-    """Export an assignment into a folder, and return the folder."""
     write_files(EXPORT_FORMATS[export_format].export(ExportRequest(assignment, find_failures)), folder)
     return folder
 
@@ -87,7 +86,6 @@ def get_part(cell: Mapping[str, Any]) -> str:
 
 
 def write_right_answers(assignment: Assignment, student: str) -> dict[str, str]:
-    """Return the code of the right answer to each part."""
     problems = assignment.generate_problems(student)
     content = NotebookContent(assignment.title, assignment.key, student, problems, assignment.hints)
     solved = json.loads(write_notebook(make_solution_notebook(content)))
@@ -137,7 +135,6 @@ class QdotGrading:
 
     @cached_property
     def result(self) -> Result:
-        """The result, as in results.jsonl."""
         files = find_student_files(self.assignment, self.notebook)
         return grade_one(
             self.assignment, self.assignment.find_student(self.student), files, make_limits(Limits.seconds)

@@ -50,7 +50,6 @@ def run(software: Path, work: Path) -> Record:
 
 
 def _run_otter(software: Path, cwd: Path, *words: str | Path) -> None:
-    """Run an Otter command in a folder."""
     environment = {**os.environ, "PATH": f"{software / 'bin'}{os.pathsep}{os.environ['PATH']}"}
     command = [software / "bin" / "otter", *words]
     done = subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True)
@@ -59,7 +58,6 @@ def _run_otter(software: Path, cwd: Path, *words: str | Path) -> None:
 
 
 def _find_version(version: str) -> str:
-    """Return the line about Otter among those that `otter --version` prints."""
     return next(line for line in version.splitlines() if "otter" in line.casefold()).strip()
 
 

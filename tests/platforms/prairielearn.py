@@ -88,7 +88,6 @@ class Site:
     database: str
 
     def query_rows(self, query: str) -> list[Data]:
-        """Return the rows of a query to its database."""
         select = f"SELECT to_json(answer) FROM ({query}) answer"
         output = subprocess.run(
             ["psql", "--no-psqlrc", "-AtX", "-c", select, self.database], capture_output=True, text=True, check=True
@@ -96,7 +95,6 @@ class Site:
         return [json.loads(line) for line in output.stdout.splitlines()]
 
     def query_row(self, query: str) -> Data:
-        """Return the only row of a query to its database."""
         (row,) = self.query_rows(query)
         return row
 
@@ -112,7 +110,6 @@ class Site:
             raise RuntimeError(str(self.query_rows("SELECT output FROM jobs ORDER BY id DESC LIMIT 1")))
 
     def log_in(self, address: str, name: str) -> "Visitor":
-        """Return the browser of a student who has logged in."""
         student = Visitor(self)
         student.post("/pl/login", {"__action": "dev_login", "uid": address, "name": name})
         return student
@@ -126,11 +123,9 @@ class Visitor:
     opener: OpenerDirector = field(default_factory=lambda: build_opener(HTTPCookieProcessor(CookieJar())))
 
     def get(self, path: str) -> str:
-        """Return a page."""
         return self._open(path, None)
 
     def post(self, path: str, form: Mapping[str, object]) -> str:
-        """Submit a form, and return the page that follows."""
         return self._open(path, urlencode(form, doseq=True).encode())
 
     def can_open(self, path: str) -> bool:
@@ -159,7 +154,6 @@ class Visitor:
 
 
 def find_csrf_token(page: str) -> str:
-    """Return the token that forms of a page have to send."""
     return unescape(re.findall(r'name="__csrf_token"\s+value="([^"]+)"', page)[0])
 
 
@@ -260,7 +254,6 @@ def _update_json(path: Path, **settings: object) -> None:
 
 
 def _make_right_answers(part: Part) -> list[str]:
-    """Return the right answer in several forms."""
     answer = part.answer
     if isinstance(answer, Letters):
         return [answer.letters]
@@ -315,7 +308,6 @@ class Question:
 
     @property
     def number(self) -> int:
-        """Return its id in the database."""
         return int(self.path.split("/")[-2])
 
     def open_page(self) -> str:
@@ -323,12 +315,10 @@ class Question:
         return self.student.get(self.path)
 
     def fetch_variant(self) -> Data:
-        """Return the row of its newest variant."""
         query = f"SELECT * FROM variants WHERE instance_question_id = {self.number} ORDER BY id DESC LIMIT 1"
         return self.student.site.query_row(query)
 
     def fetch_points(self) -> float:
-        """Return the points earned so far."""
         query = f"SELECT points FROM instance_questions WHERE id = {self.number}"
         return float(self.student.site.query_row(query)["points"])
 
@@ -412,17 +402,14 @@ def iterate_wrong_answers(problem: Problem) -> Iterator[dict[str, str]]:
 
 
 def answer_first_part(problem: Problem, forms: Callable[[Part], list[str]]) -> dict[str, str]:
-    """Return an answer to the first part only."""
     return {problem.parts[0].name: forms(problem.parts[0])[0]}
 
 
 def extract_text(page: str) -> str:
-    """Return the text of HTML, without scripts and styles."""
     return " ".join(unescape(re.sub(r"<[^>]+>", " ", remove_scripts(page))).split())
 
 
 def remove_scripts(page: str) -> str:
-    """Return HTML without scripts and styles."""
     return re.sub(r"<(script|style)\b.*?</\1>", " ", page, flags=re.DOTALL)
 
 

@@ -106,7 +106,6 @@ def _compute_sha256(path: Path) -> str:
 
 
 def _normalize_name(name: str) -> str:
-    """Return the common form of all spellings of a package's name."""
     return name.lower().replace("_", "-")
 
 

@@ -45,7 +45,6 @@ class Record:
     counts: Mapping[str, Count]
 
     def save(self, name: str) -> None:
-        """Write the record of a platform, replacing its last one."""
         text = json.dumps(asdict(self), indent=1, ensure_ascii=False)
         write_atomically(FOLDER / f"{name}.json", text + "\n")
 
@@ -71,7 +70,6 @@ class Counts:
         self.excused[check], self.but[check] = self.excused.get(check, 0) + number, reason
 
     def freeze(self) -> dict[str, Count]:
-        """Return the counts for a record."""
         return {
             check: Count(self.passed[check], of, self.but.get(check, ""), self.excused.get(check, 0))
             for check, of in self.of.items()
@@ -85,12 +83,10 @@ def describe_checkout(software: Path) -> str:
 
 
 def today() -> str:
-    """Return today's date in UTC, as YYYY-MM-DD."""
     return datetime.datetime.now(datetime.UTC).date().isoformat()
 
 
 def load_records() -> dict[str, Record]:
-    """Return the records of the last runs, by the names of the platforms."""
     records = {}
     for path in sorted(FOLDER.glob("*.json")):
         data = json.loads(path.read_text(encoding="utf-8"))

@@ -87,5 +87,4 @@ def count_marks(pushed_class: PushedClass, graded: Path, log: str) -> dict[str, 
 
 
 def run_job(command: list[str | Path], cwd: Path, environment: dict[str, str]) -> subprocess.CompletedProcess[str]:
-    """Run a CI job with its runner's command."""
     return subprocess.run(command, cwd=cwd, env=environment, capture_output=True, text=True, errors="replace")

@@ -37,7 +37,6 @@ def push_to_new_repository(folder: Path, server: Path, name: str) -> Path:
 
 
 def find_site_packages(environment: Path) -> Path:
-    """Return the folder with an environment's libraries."""
     (site,) = environment.glob("lib/python3*/site-packages")
     return site
 
@@ -78,7 +77,6 @@ class Machine:
         )
 
     def run(self, command: str, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
-        """Run a command as GitHub and GitLab do: in bash, which stops at the first failure."""
         done = subprocess.run(
             ["bash", "-e", "-c", command], cwd=cwd, env={**self.variables, **variables}, capture_output=True, text=True
         )

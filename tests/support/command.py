@@ -11,8 +11,6 @@ from tests.support.submitting import work_in_one_process
 
 
 class _Runner(CliRunner):
-    """Runs commands without starting processes, unless `--jobs` asks for more than one."""
-
     def invoke(self, *args: Any, **options: Any) -> Result:
         command = [str(arg) for arg in args[1]]
         is_parallel = "--jobs" in command and command[command.index("--jobs") + 1] != "1"

@@ -44,7 +44,6 @@ class GitHub:
 
     @property
     def environment(self) -> dict[str, str]:
-        """The environment variables that point gh to this server."""
         return {
             "GH_CONFIG_DIR": str(self.folder / "config"), "GH_HOST": "github.localhost", "GH_TOKEN": "of-the-staff",
             "GH_NO_UPDATE_NOTIFIER": "1", "GH_PROMPT_DISABLED": "1",

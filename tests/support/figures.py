@@ -49,7 +49,6 @@ def labels_overlap(first: Text, second: Text) -> bool:
 
 
 def find_faults(figure: Figure) -> list[str]:
-    """Describe what can't be read in a figure."""
     lines, faults = list_leaders(figure), []
     if any(labels_overlap(*pair) for pair in combinations(figure.texts, 2)):
         faults.append("two labels overlap")

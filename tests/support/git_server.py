@@ -49,7 +49,6 @@ class Server:
         return commit
 
     def variables(self, platform: str) -> dict[str, str]:
-        """Return the environment variables that describe the server to a job."""
         if platform == "github":
             return {
                 "GITHUB_SERVER_URL": f"file://{self.folder}", "GITHUB_API_URL": self.api,
@@ -61,7 +60,6 @@ class Server:
         }  # fmt: skip
 
     def answer(self, path: str, query: Mapping[str, list[str]]) -> list[Any] | None:
-        """Return a list of the API, newest first; None if it does not exist."""
         kind, *parts = path.strip("/").split("/")
         if kind == "repos" and parts[2:] == ["activity"]:
             branch = query["ref"][0].removeprefix("refs/heads/")
@@ -82,7 +80,6 @@ class Server:
 
 @contextmanager
 def serve_repositories(folder: Path) -> Iterator[Server]:
-    """Run a server until the `with` block ends."""
     server = Server(folder)
     web = ThreadingHTTPServer(("127.0.0.1", 0), lambda *arguments: _Api(server, *arguments))
     server.api = f"http://127.0.0.1:{web.server_port}"

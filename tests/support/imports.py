@@ -9,13 +9,11 @@ from tests.support import ROOT
 
 
 def get_module_name(path: Path) -> str:
-    """Return the dotted name of a module of the checkout; for a package, without `__init__`."""
     parts = path.relative_to(ROOT).with_suffix("").parts
     return ".".join(("qdot", *parts) if parts[0] in ("exercises", "grader") else parts).removesuffix(".__init__")
 
 
 def find_module_file(name: str) -> Path | None:
-    """Return the file of a module by its dotted name; None if the checkout has none."""
     stem = ROOT.joinpath(*name.removeprefix("qdot.").split("."))
     return next((path for path in (stem.with_suffix(".py"), stem / "__init__.py") if path.is_file()), None)
 

@@ -89,6 +89,5 @@ def judge_with_credit(problem: Problem, part: Part, text: str, seed: str) -> Jud
 
 
 def list_earlier_parts(part: Part) -> list[str]:
-    """Return the names of the parts on which a part may build."""
     question = QUESTIONS.get(part.kind)
     return [] if question is None else [name for sources in question.prerequisite_sets for name in sources]

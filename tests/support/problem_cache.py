@@ -36,7 +36,6 @@ MAX_DIGESTS = 3
 
 @cache
 def get_cache_folder() -> Path | None:
-    """Return the cache folder for this version of the code; None if the cache is off."""
     if os.environ.get("QDOT_KEPT") == "0":
         return None
     digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())

@@ -70,14 +70,12 @@ def _is_minus(value: sp.Expr) -> bool:
 
 
 def replace_answer(problem: Problem, answer: Answer) -> Problem:
-    """Return the problem with another reference for its only part."""
     (part,) = problem.parts
     return replace(problem, parts=(replace(part, answer=answer),))
 
 
 @cache
 def list_rare_questions() -> set[str]:
-    """Return the questions that apply to only one or two families."""
     counts = Counter(name for family in FAMILIES for name in list_questions_of_family(family))
     return {name for name in QUESTIONS if counts[name] <= 2}
 

@@ -13,7 +13,6 @@ from qdot.grader.marking.marking import sum_points
 
 
 def make_override(points: float | None, comment: str = "", group: str | None = None) -> Override:
-    """Return an override as in overrides.csv, without the grader's points."""
     return Override(points, comment, None, group)
 
 
@@ -83,7 +82,6 @@ def index_by_student(results: Iterable[Result]) -> dict[str, Result]:
 
 
 def get_counted_file(result: Result) -> str:
-    """Return the file that counts; empty if nothing was submitted."""
     return "" if result.submission is None else result.submission.file
 
 
@@ -92,6 +90,5 @@ def get_received_time(result: Result) -> str | None:
 
 
 def read_results(folder: Path) -> dict[str, Result]:
-    """Return the results of an assignment's last run."""
     lines = (folder / "graded" / "results.jsonl").read_bytes().splitlines()
     return index_by_student(parse_dataclass(Result, line) for line in lines)

@@ -67,7 +67,6 @@ class RunningService:
         return [process for process in processes if "resource_tracker" not in " ".join(process.cmdline())]
 
     def measure_processor_time(self) -> float:
-        """Return the seconds of processor time that the service has used."""
         processes = [psutil.Process(self.process.pid), *self.list_workers()]
         return sum(sum(process.cpu_times()[:2]) for process in processes)
 
@@ -81,7 +80,6 @@ class RunningService:
         self.start()
 
     def wait(self) -> None:
-        """Wait until the process has ended, and close its output."""
         self.process.wait(20)
         if self.process.stdout is not None:
             self.process.stdout.close()

@@ -58,7 +58,6 @@ def find_folder() -> Path:
 
 
 def write_settings(lines: str, problems: str = PROBLEMS) -> None:
-    """Write assignment.toml with some more settings."""
     (find_folder() / "assignment.toml").write_text(f"{HEAD}{lines}\n{problems}")
 
 
@@ -93,8 +92,6 @@ def serve_class(settings: str = "", problems: str = PROBLEMS) -> Iterator["Servi
 
 
 class Service:
-    """The service, its people by identifier, and its clock."""
-
     def __init__(self, folder: Path) -> None:
         from qdot.grader.serve.class_list import update_folder_class
         from qdot.grader.serve.models import Person
@@ -159,6 +156,5 @@ class Browser:
 
 @contextmanager
 def set_clock(moment: datetime.datetime) -> Iterator[None]:
-    """Stop the service's clock at a moment."""
     with patch("django.utils.timezone.now", lambda: moment):
         yield

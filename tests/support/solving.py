@@ -19,6 +19,5 @@ def solve_to_text(chain: Chain, form: str) -> str:
 
 
 def solve_to_json(chain: Chain) -> dict[str, Any]:
-    """Return the JSON output of `qdot solve` for a chain, parsed."""
     content: dict[str, Any] = json.loads(solve_to_text(chain, "json"))
     return content

@@ -52,7 +52,6 @@ UNCERTIFIED = Certifier(_certify_nothing, _write_certificate)
 
 
 def release_class(folder: Path, students: Sequence[Student], toml: str) -> Assignment:
-    """Make an assignment folder with notebooks."""
     return release_notebooks(make_class(folder, students, toml), UNCERTIFIED, 1, lambda _: None)
 
 
@@ -115,7 +114,6 @@ def make_correct_cells(assignment: Assignment, student: str) -> Cells:
 
 
 def write_notebook(assignment: Assignment, student: str, cells: Cells, **others: Any) -> str:
-    """Return a notebook's text, with the metadata that qdot writes."""
     metadata = make_notebook_metadata("student", assignment.key, student, assignment.generate_problems(student))
     return json.dumps({"cells": cells, "metadata": {"qdot": metadata}, "nbformat": 4, "nbformat_minor": 5, **others})
 
@@ -159,7 +157,6 @@ def find_stored_marks(folder: Path) -> dict[Path, int]:
 
 
 def read_folder(folder: Path) -> dict[str, bytes]:
-    """Return the content of every file in a folder by relative path."""
     files = (path for path in folder.rglob("*") if path.is_file())
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 

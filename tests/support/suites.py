@@ -106,12 +106,10 @@ EXAMPLES = (
 
 
 def is_example(nodeid: str) -> bool:
-    """Return whether `make check` runs a test."""
     return nodeid.removeprefix("tests/").startswith(EXAMPLES)
 
 
 def has_examples(path: Path) -> bool:
-    """Return whether `make check` runs any test of a file."""
     return any(ROOT / "tests" / name.partition("::")[0] == path for name in EXAMPLES)
 
 

@@ -81,7 +81,6 @@ def list_public_names() -> dict[str, Any]:
 
 
 def _list_options(command: Any, name: str) -> list[tuple[str, list[str]]]:
-    """Return the full name of each command, with its arguments and options."""
     if hasattr(command, "commands"):
         return [
             pair
@@ -153,7 +152,6 @@ def _read_files(folder: Path) -> dict[Path, bytes]:
 
 
 def main() -> None:
-    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("release", nargs="?", default="")
     parser.add_argument("--check", action="store_true")

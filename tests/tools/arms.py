@@ -55,13 +55,11 @@ STARTS = 30
 
 
 def arms(count: int, seed: str) -> Iterator[Robot]:
-    """Yield the arms of a seed."""
     for number in range(count):
         yield arm(number, seed)
 
 
 def arm(number: int, seed: str) -> Robot:
-    """Return one of the arms of a seed."""
     name = f"{seed}/{number}"
     draws = Stream(f"arms/{name}")
     n = draws.choice((1, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7))
@@ -113,7 +111,6 @@ class Outcome:
 
 
 def check_arm(robot: Robot, seconds: float) -> Outcome:
-    """Solve an arm, and return the false statements about it."""
     written: list[str] = []
     before = time.process_time()
     write_solution(robot, "json", seconds, written.append, lambda _: nullcontext())
@@ -259,19 +256,16 @@ def _find_false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Seq
 
 
 def all_arms(count: int, seed: str, seeds: int) -> Iterator[tuple[str, Robot]]:
-    """Yield all arms to check by name."""
     yield from ((robot.chain.name, robot) for robot in arms(count, seed))
     yield from family_arms(seeds)
 
 
 def family_arms(seeds: int) -> Iterator[tuple[str, Robot]]:
-    """Yield the arms of problems of the random families by problem id."""
     for family, seed in product(FAMILIES, range(seeds)):
         yield f"{family}/{seed}", Robot(sample_chain(ProblemId(family, seed, variation="full")))
 
 
 def main() -> int:
-    """Print the false statements about each arm; return 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seeds", type=int, default=60, help="problems of each family random-2 to -4")

@@ -129,13 +129,11 @@ def site_context(key: str) -> str:
 
 
 def site_english() -> dict[str, str]:
-    """Return the texts of the site in English, by their keys."""
     english: dict[str, str] = json.loads((SITE / "en.json").read_text(encoding="utf-8"))
     return english
 
 
 def site_text(code: str, words: Catalogue) -> str:
-    """Return the site's file of a language."""
     texts = {key: words.translations.pgettext(site_context(key), text) for key, text in site_english().items()}
     return json.dumps(texts, ensure_ascii=False, indent=2) + "\n"
 
@@ -153,13 +151,11 @@ def merge_messages(path: Path, messages: Catalog) -> Catalog:
 
 
 def open_catalog(path: Path) -> Catalog:
-    """Return the catalogue of a language as stored."""
     with path.open("rb") as file:
         return read_po(file)
 
 
 def po_text(catalog: Catalog) -> str:
-    """Return a catalogue as a .po file."""
     for message in catalog:
         _flag(message)
     written = io.BytesIO()
@@ -223,7 +219,6 @@ def _find_message_faults(message: Message, forms: int) -> Iterator[str]:
 
 
 def _placeholders(message: Message, text: str) -> set[str]:
-    """Return the names of the placeholders in a text of a message."""
     by_percent = message.context is None or FILLED.search(_texts(message.id)[0])
     return set((FILLED if by_percent else BRACES).findall(text))
 

@@ -31,7 +31,6 @@ LICENCES = {
 
 
 def find_licence(name: str) -> str:
-    """Return the licence of an installed library from its metadata."""
     metadata = distribution(name).metadata
     expression = next(iter(metadata.get_all("License-Expression", [])), "")
     classified = [
@@ -45,14 +44,12 @@ def find_licence(name: str) -> str:
 
 
 def measure_size(name: str) -> int:
-    """Return the size of an installed library."""
     package = distribution(name)
     files = (Path(str(package.locate_file(file))) for file in package.files or ())
     return sum(path.stat().st_size for path in files if path.is_file() and "__pycache__" not in path.parts)
 
 
 def find_requirements(name: str) -> set[str]:
-    """Return a library with all libraries that it requires here."""
     waiting, found_libraries = [name], set[str]()
     while waiting:
         library = re.sub(r"[-_.]+", "-", waiting.pop()).lower()

@@ -52,8 +52,6 @@ MAX_LENGTH = 40_000
 
 @dataclass(frozen=True)
 class WrongAnswer:
-    """A wrong answer as text, with the mistake that gives it."""
-
     problem: Problem
     part: Part
     mistake: str
@@ -116,7 +114,6 @@ Item = TypeVar("Item")
 
 
 def _sample(items: list[Item], few: int | None, seed: str) -> list[Item]:
-    """Return a reproducible sample of the items, or all."""
     return items if few is None or len(items) <= few else random.Random(seed).sample(items, few)
 
 
@@ -143,7 +140,6 @@ def _is_wrong(wrong: np.ndarray, right: np.ndarray, is_direction: bool) -> bool:
 
 
 def _write_short_answer(part: Part) -> str:
-    """Return an answer as text."""
     answer = part.answer
     if isinstance(answer, Choice):
         return answer.letters
@@ -227,7 +223,6 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
 def sweep(
     families: list[str], seeds: Collection[int], questions: Collection[str], few: int | None, random_count: int
 ) -> tuple[Counter[str], list[WrongAnswer]]:
-    """Return the counts of diagnoses, and the answers whose diagnosis was wrong."""
     counts: Counter[str] = Counter()
     missed: list[WrongAnswer] = []
     for family in families:
@@ -259,7 +254,6 @@ def classify_diagnosis(answer: WrongAnswer) -> str:
 
 
 def main() -> int:
-    """Make every mistake, and print what the diagnosis did not name."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--family", action="append", choices=FAMILIES)
     parser.add_argument("--question", action="append", choices=QUESTIONS)

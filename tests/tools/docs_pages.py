@@ -92,7 +92,6 @@ def write(folder: Path) -> list[Path]:
 
 
 def families_page() -> str:
-    """Return docs/families.md."""
     return render(
         "docs/families.md.j2",
         families=FAMILIES,
@@ -103,7 +102,6 @@ def families_page() -> str:
 
 
 def questions_page() -> str:
-    """Return docs/questions.md."""
     asked: dict[str, int | str] = {
         name: sum(name in listed.questions for listed in list_families().values()) for name in QUESTIONS
     }
@@ -134,7 +132,6 @@ AXES_IN_WORDS = {
 
 
 def variation_page() -> str:
-    """Return docs/variation.md."""
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
@@ -146,7 +143,6 @@ def variation_page() -> str:
 
 
 def mistakes_page() -> str:
-    """Return docs/mistakes.md."""
     return render("docs/mistakes.md.j2", sections=SECTIONS)
 
 
@@ -174,7 +170,6 @@ def listing_text() -> str:
 
 
 def assignment_page() -> str:
-    """Return docs/assignment.md."""
     all_problems = "For the whole assignment"
     inner_forms = {"late": LATE_FORMS, "attempts": ATTEMPT_FORMS, "paper": PAPER_FORMS}
     inner_tables = {

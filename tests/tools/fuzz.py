@@ -86,7 +86,6 @@ class Find(AssertionError):
 
 
 def load_seed_texts() -> list[str]:
-    """Return the initial texts: the students' answers of the corpus, and SEEDS."""
     lines = (DATA / "corpus.jsonl").read_text("utf-8").splitlines()
     students = [json.loads(line)["student"] for line in lines if line.strip()]
     return [*SEEDS, *(text for text in students if isinstance(text, str) and len(text) <= MAX_LENGTH)]
@@ -164,7 +163,6 @@ def make_seed(text: str) -> str:
 
 
 def check_text(target: str, text: str, slack: float = 1.0) -> None:
-    """Check one text. Raises Find if it takes too long or is handled wrongly."""
     start = time.process_time()
     memory_before = _measure_memory()
     TARGETS[target](text)
@@ -176,7 +174,6 @@ def check_text(target: str, text: str, slack: float = 1.0) -> None:
 
 
 def _measure_memory() -> int:
-    """Return this process's peak memory in MB, or 0 if the system doesn't report it."""
     try:
         import resource
     except ImportError:
@@ -385,7 +382,6 @@ def _classify(error: Exception) -> str:
 
 
 def main() -> int:
-    """Run the targets one after another, and count the finds."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=float, default=120, help="how long each target runs")
     parser.add_argument("--seed", default="a", help="another seed gives other texts")

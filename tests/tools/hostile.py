@@ -208,7 +208,6 @@ def _choose_odd_value(rng: Stream) -> Any:
 
 
 def _list_places(value: Any) -> list[tuple[Any, Any]]:
-    """Return every place in JSON as its container and its key or index."""
     places, stack = [], [value]
     while stack:
         top = stack.pop()
@@ -314,7 +313,6 @@ def write_hostile_cells(workspace: Workspace, rng: Stream) -> None:
 
 @cache
 def _bomb() -> bytes:
-    """Return compressed zeros that unpack to more than the size limit."""
     return gzip.compress(b"\0" * (MAX_FILE_BYTES + 10), 1)
 
 

@@ -38,12 +38,10 @@ Rule = Callable[[Node, Stream], Node | None]
 
 
 def call(name: str, arg: Node) -> Node:
-    """Return a function of a tree."""
     return Node("call", (arg,), name)
 
 
 def is_wave(node: Node) -> bool:
-    """Return whether a node is a sine or cosine."""
     return node.kind == "call" and node.value in COFUNCTIONS
 
 
@@ -60,7 +58,6 @@ def shift_angle(node: Node, rng: Stream) -> Node | None:
 
 
 def use_half_angles(node: Node, rng: Stream) -> Node | None:
-    """Rewrite sin and cos in terms of the half angle: its tangent, or its sine and cosine."""
     if not is_wave(node):
         return None
     sine, cosine, tangent = (call(name, node.args[0] / 2) for name in ("sin", "cos", "tan"))
@@ -70,7 +67,6 @@ def use_half_angles(node: Node, rng: Stream) -> Node | None:
 
 
 def use_exponentials(node: Node, rng: Stream) -> Node | None:
-    """Rewrite sin and cos as complex exponentials."""
     if not is_wave(node):
         return None
     ahead, back = (call("exp", IMAGINARY * angle) for angle in (node.args[0], -node.args[0]))
@@ -78,7 +74,6 @@ def use_exponentials(node: Node, rng: Stream) -> Node | None:
 
 
 def expand_angle_sum(node: Node, rng: Stream) -> Node | None:
-    """Expand the sine or cosine of a sum."""
     if not is_wave(node) or node.args[0].kind not in ("+", "-"):
         return None
     sign = 1 if node.args[0].kind == "+" else -1
@@ -87,7 +82,6 @@ def expand_angle_sum(node: Node, rng: Stream) -> Node | None:
 
 
 def product_to_sum(node: Node, rng: Stream) -> Node | None:
-    """Rewrite a product of two sines or cosines as a sum."""
     if node.kind != "*" or not all(map(is_wave, node.args)):
         return None
     (f, x), (g, y) = ((arg.value, arg.args[0]) for arg in node.args)
@@ -97,18 +91,15 @@ def product_to_sum(node: Node, rng: Stream) -> Node | None:
 
 
 def multiply_by_one(node: Node, rng: Stream) -> Node | None:
-    """Multiply by 1 in another form."""
     s, c = call("sin", THETA1), call("cos", THETA1)
     return node * rng.choice((s**2 + c**2, c / c, Node("decimal", value=Fraction(1))))
 
 
 def swap_operands(node: Node, rng: Stream) -> Node | None:
-    """Swap the operands of a sum or product."""
     return node.with_args(node.args[::-1]) if node.kind in ("+", "*") else None
 
 
 def multiply_out(node: Node, rng: Stream) -> Node | None:
-    """Multiply out a product with a sum."""
     if node.kind != "*" or node.args[1].kind not in ("+", "-"):
         return None
     x, sum_ = node.args
@@ -135,29 +126,24 @@ REWRITINGS: tuple[Rule, ...] = (
 
 
 def swap_sine_and_cosine(node: Node, rng: Stream) -> Node | None:
-    """Replace a sine by a cosine, or the reverse."""
     return call(COFUNCTIONS[node.value], node.args[0]) if is_wave(node) else None
 
 
 def change_sign(node: Node, rng: Stream) -> Node | None:
-    """Change a sign in a sum."""
     return Node("-" if node.kind == "+" else "+", node.args) if node.kind in ("+", "-") else None
 
 
 def drop_operand(node: Node, rng: Stream) -> Node | None:
-    """Drop a term or a factor."""
     return rng.choice(node.args) if node.kind in ("+", "-", "*") else None
 
 
 def change_index(node: Node, rng: Stream) -> Node | None:
-    """Change the index of a name."""
     if node.kind != "name" or not node.value[-1].isdigit():
         return None
     return Node("name", value=f"{node.value[:-1]}{rng.integer(1, 4)}")
 
 
 def change_number(node: Node, rng: Stream) -> Node | None:
-    """Change a number slightly."""
     changes = (Fraction(1), Fraction(1, 100), Fraction(1, 10**9), Fraction(-1, 7))
     return make_number(node.value + rng.choice(changes)) if node.kind == "number" else None
 
@@ -168,7 +154,6 @@ def lose_sign(node: Node, rng: Stream) -> Node | None:
 
 
 def add_small_term(node: Node, rng: Stream) -> Node | None:
-    """Add a very small term."""
     return node + make_number(Fraction(1, 10 ** rng.integer(3, 8))) * A1
 
 
@@ -183,14 +168,12 @@ def places(node: Node) -> list[tuple[int, ...]]:
 
 
 def subtree_at(node: Node, place: tuple[int, ...]) -> Node:
-    """Return the subtree at a place."""
     for i in place:
         node = node.args[i]
     return node
 
 
 def replace_at(node: Node, place: tuple[int, ...], new: Node) -> Node:
-    """Return the tree with another subtree at a place."""
     if not place:
         return new
     args = list(node.args)
@@ -199,7 +182,6 @@ def replace_at(node: Node, place: tuple[int, ...], new: Node) -> Node:
 
 
 def apply_rules(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) -> Node:
-    """Return a tree with some rules applied at random places."""
     for _ in range(steps):
         for _ in range(20):
             place = rng.choice(places(node))
@@ -266,7 +248,6 @@ def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
 
 
 def main() -> int:
-    """Run the sweep, and print the wrong verdicts."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=100_000)
     count = parser.parse_args().count

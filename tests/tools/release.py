@@ -25,7 +25,6 @@ VERSION_PATTERNS = {"pyproject.toml": r'(?m)^version = "(.*)"$', "CITATION.cff":
 
 
 def read_version(root: Path) -> str:
-    """Return the version of a checkout."""
     version: str = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
     return version
 
@@ -68,7 +67,6 @@ def find_objections(root: Path, tag: str) -> list[str]:
 
 
 def prepare_files(root: Path, version: str, day: str) -> dict[str, str]:
-    """Return the texts of the files that a new version changes. Raises ValueError with the reason if it can't."""
     changelog = (root / "CHANGELOG.md").read_text(encoding="utf-8")
     if not VERSION.fullmatch(version):
         raise ValueError(f"{version!r} is no version; write one like 1.0.0 or 1.0.0rc1")
@@ -87,7 +85,6 @@ def prepare_files(root: Path, version: str, day: str) -> dict[str, str]:
 
 
 def main(arguments: list[str] | None = None, root: Path = ROOT) -> int:
-    """Run the command; return its exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.tools.release")
     commands = parser.add_subparsers(dest="command", required=True)
     prepare = commands.add_parser("prepare", help="change the version, and give the changelog its section")

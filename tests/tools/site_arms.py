@@ -27,7 +27,6 @@ Table = dict[str, Any]
 
 
 def arms_text() -> str:
-    """Return the file's text, with one arm on each line."""
     robots = json.loads(make_tables_json())
     stored = (case["table"] for case in json.loads(TARGET.read_text(encoding="utf-8")))
     drawn = (table for table in stored if table["name"].startswith("drawn"))  # random, of two to seven joints
@@ -105,7 +104,6 @@ def _translate(x: float, y: float, z: float) -> np.ndarray:
 
 
 def toml_text(table: Table) -> str:
-    """Return the ROBOT.toml of a table."""
     settings = {
         key: table[key] for key, default in (("convention", "dh"), ("angles", "radians")) if table[key] != default
     }

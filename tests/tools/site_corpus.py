@@ -40,7 +40,6 @@ NOTEBOOK_PARTS = ("position", "jacobian", "determinant", "joint-effect", "joint-
 
 
 def corpus_text() -> str:
-    """Return the file's text, with one case on each line."""
     cases = [json.dumps(corpus_case(record), ensure_ascii=False) for record in records()]
     return "[\n" + ",\n".join(cases) + "\n]\n"
 

@@ -57,7 +57,6 @@ class Find(AssertionError):
 
 
 def _measure_processor_time() -> float:
-    """Return the processor time in seconds of this process and of its child processes that have ended."""
     return sum(os.times()[:4])
 
 
@@ -74,7 +73,6 @@ class Class:
         self.grade_round(lambda *_: "nothing")  # so that all caches exist before the first real round
 
     def clear(self, flat: bool = False) -> None:
-        """Start again with the neighbour's submission, in a folder or as a file."""
         for folder in (self.submitted, self.graded):
             if folder.is_dir():
                 folder_removal.remove_folder(str(folder))
@@ -158,7 +156,6 @@ def _read_class_results(graded: Path) -> list[Result]:
 
 
 def _list_messages(result: Result) -> list[str]:
-    """Return all texts of a result, for students and for the staff."""
     texts = [result.obstacle, get_counted_file(result), *result.notes, *result.staff_notes]
     return [text for text in (*texts, *(part.reason for part in result.parts.values())) if text]
 
@@ -183,7 +180,6 @@ def _list_file_states(folder: Path) -> Iterator[tuple[bytes, Any]]:
 
 
 def _zip_submissions(submitted: Path) -> Path:
-    """Zip the files of the folder as a platform does, and return the path of the zip."""
     target = submitted.with_suffix(".zip")
     with zipfile.ZipFile(target, "w", strict_timestamps=False) as archive:
         for name, (mode, size, *_) in _list_file_states(submitted):
@@ -202,7 +198,6 @@ def grade_random_round(hostile_class: Class, seed: str, number: int) -> tuple[st
 
 
 def main() -> int:
-    """Run rounds until the time is up, and count the failures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seconds", type=int, default=120, help="how long to run")
     parser.add_argument("--seed", default="1", help="the seed of all rounds")

@@ -16,7 +16,6 @@ PICTURES: dict[str, tuple[str, Callable[[Path, Path], None]]] = {
 
 
 def main(names: list[str]) -> int:
-    """Take the pictures of the named platforms, or of all whose variable is set."""
     for name in names or PICTURES:
         variable, take_pictures = PICTURES[name]
         if variable and not os.environ.get(variable):

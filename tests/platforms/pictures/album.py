@@ -28,7 +28,6 @@ MARGIN = 8
 
 @contextmanager
 def launch_browser() -> Iterator[Browser]:
-    """Yield a Chromium without a window."""
     with sync_playwright() as playwright:
         chromium = playwright.chromium.launch(
             executable_path=shutil.which("chromium") or "chromium", args=["--no-sandbox"]
@@ -53,7 +52,6 @@ class Album:
     platform: str
 
     def path(self, name: str) -> Path:
-        """Return the path of a picture."""
         return FOLDER / f"{self.platform}-{name}.png"
 
     def take(self, name: str, page: Page, *parts: Locator, max_height: int = 620) -> None:
@@ -86,7 +84,6 @@ class Album:
 
 
 def shrink_to_window(picture: Image.Image) -> Image.Image:
-    """Return a picture scaled to the width of WINDOW."""
     width = WINDOW["width"]
     return picture.resize((width, picture.height * width // picture.width), Image.Resampling.LANCZOS)
 

@@ -30,7 +30,6 @@ WIDE = 1180
 
 
 def take_pictures(_: Path, work: Path) -> None:
-    """Take both pictures."""
     album = Album("qdot")
     with launch_browser() as chromium:
         page = open_page(chromium)

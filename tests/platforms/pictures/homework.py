@@ -28,7 +28,6 @@ points = [1]
 
 
 def make_assignment(folder: Path) -> Assignment:
-    """Make the assignment of Ada and Henri in a folder."""
     init_assignment(folder, "Homework 6", KEY, (ADA, HENRI), SECRET, problem_set=SETS[DEFAULT_SET])
     (folder / "assignment.toml").write_text(TOML, encoding="utf-8")
     return load_assignment(folder)

@@ -40,7 +40,6 @@ def take_notebook_pictures(software: Path, work: Path) -> None:
 
 
 def write_settings(home: Path) -> None:
-    """Write JupyterLab's settings into a home folder."""
     for name, value in SETTINGS.items():
         path = home / ".jupyter/lab/user-settings/@jupyterlab" / f"{name}.jupyterlab-settings"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -48,7 +47,6 @@ def write_settings(home: Path) -> None:
 
 
 def run_all(page: Page, address: str) -> None:
-    """Open a notebook and run all of its cells from the menu."""
     page.goto(address)
     page.wait_for_selector(IDLE)
     page.locator(".lm-MenuBar-item", has_text="Run").click()
