@@ -144,16 +144,13 @@ lighthouse: $(VENV)/.runtime site/dist/.vite/manifest.json  ## run Lighthouse on
 
 # Programs of `make platforms` from registries, each in its own folder (INSTALLED in tests/platforms). `make platforms` skips
 # those that can't be installed. Gradescope's container is a Debian system, which needs debootstrap, bubblewrap and root;
-# gitlab-ci-local needs rsync, and Pyodide, the Python of JupyterLite, needs npm.
+# gitlab-ci-local needs rsync.
 .venvs/platforms/.installed: | $(VENV)/.dev
 	@mkdir -p .venvs/platforms
 	@install() { $(PYTHON) -m venv .venvs/platforms/$$1 && .venvs/platforms/$$1/bin/python -m pip --disable-pip-version-check \
 	  --quiet install $$2 sympy numpy || { rm -rf .venvs/platforms/$$1; echo "$$1 can't be installed, so it is skipped" >&2; }; }; \
 	install jupyterlab 'jupyterlab>=4.6,<5 playwright'; \
-	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'; \
-	install jupyterlite 'jupyterlite-core>=0.6,<0.7 jupyterlite-pyodide-kernel>=0.6,<0.7 jupyter-server jupyterlab-server playwright'
-	@test -d .venvs/platforms/jupyterlite && $(PY) -m tests.platforms.pyodide .venvs/platforms/jupyterlite || { rm -rf .venvs/platforms/jupyterlite; \
-	  echo "Pyodide can't be built, so jupyterlite is skipped" >&2; }
+	install nbgrader 'nbgrader>=0.9.6,<0.10 jupyterlab>=4.6,<5'; install otter 'otter-grader>=7,<8 ipykernel'
 	@command -v npm >/dev/null && npm install --silent --no-audit --no-fund --prefix .venvs/platforms gitlab-ci-local@4 \
 	  || echo "gitlab-ci-local can't be installed, so it is skipped" >&2
 	@if command -v debootstrap >/dev/null && command -v bwrap >/dev/null && test "`id -u`" = 0; then \

@@ -9,8 +9,7 @@ records. When a run reveals a problem, a check of our own data is added to `make
     notebooks       a class that submits notebooks, and the marks that qdot gives them
     repositories    a class that pushes to GitHub and GitLab
     records         the results of a run, and how they are stored
-    pictures/       the pictures of docs/, taken in a browser that follows the steps in the docs
-    pyodide         the Python of JupyterLite's browser, assembled from registries
+    pictures        the README's pictures of a feedback page and the site, taken in a browser
     __main__        the command
 
 `make platforms` installs the programs that are in the registries of Python, Node and Debian (`INSTALLED`), and needs no
@@ -25,7 +24,7 @@ PLATFORMS: dict[str, str] = {
     "moodle": "MOODLE", "canvas": "QTI_MIGRATION", "new_quizzes": "QTI_GEM", "qti": "QTI_SDK",
     "github": "GITHUB_RUNNER",
     "gitlab": "GITLAB_RUNNER", "otter": "OTTER", "nbgrader": "NBGRADER", "gradescope": "GRADESCOPE_ROOT",
-    "jupyterlab": "JUPYTERLAB", "scorm": "SCORM_AGAIN", "jupyterlite": "JUPYTERLITE",
+    "jupyterlab": "JUPYTERLAB", "scorm": "SCORM_AGAIN",
     "moodle_cartridge": "MOODLE", "moodle_scorm": "MOODLE", "moodle_lti": "MOODLE", "stack": "STACK",
     "prairielearn": "PRAIRIELEARN",
 }  # fmt: skip
@@ -37,6 +36,5 @@ INSTALLED: dict[str, str] = {
     "GITLAB_RUNNER": ".venvs/platforms/node_modules/.bin/gitlab-ci-local", "OTTER": ".venvs/platforms/otter",
     "NBGRADER": ".venvs/platforms/nbgrader", "GRADESCOPE_ROOT": ".venvs/platforms/debian",
     "JUPYTERLAB": ".venvs/platforms/jupyterlab", "SCORM_AGAIN": "site/node_modules/scorm-again",
-    "JUPYTERLITE": ".venvs/platforms/jupyterlite",
 }  # fmt: skip
 """Where the Makefile installs software in the repository, by the variable that selects another copy."""

@@ -56,15 +56,9 @@ def run_notebooks(software: Path, lab: Path, home: Path, notebooks: Sequence[str
     pictures = software / "pictures"
     pictures.mkdir(exist_ok=True)
     with serve_jupyterlab(software, lab, home) as address:
-        return run_in_browser(software, home, f"{address}/lab/tree/{{name}}?reset&token={TOKEN}", "", notebooks)
-
-
-def run_in_browser(software: Path, home: Path, address: str, download_folder: str, notebooks: Sequence[str]) -> Any:
-    chromium = shutil.which("chromium") or "chromium"
-    command: list[str | Path] = [
-        software / "bin" / "python", SCRIPT, address, download_folder, chromium, software / "pictures", *notebooks
-    ]  # fmt: skip
-    done = subprocess.run(command, env=make_environment(software, home), capture_output=True, text=True)
+        chromium, page = shutil.which("chromium") or "chromium", f"{address}/lab/tree/{{name}}?reset&token={TOKEN}"
+        command: list[str | Path] = [software / "bin" / "python", SCRIPT, page, chromium, pictures, *notebooks]
+        done = subprocess.run(command, env=make_environment(software, home), capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(done.stderr[-3000:])
     return json.loads(done.stdout)

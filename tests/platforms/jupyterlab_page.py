@@ -1,9 +1,8 @@
-"""Run notebooks in JupyterLab or JupyterLite as a student does; needs an environment with Playwright.
+"""Run notebooks in JupyterLab as a student does; needs an environment with Playwright.
 
-`python jupyterlab_page.py ADDRESS DOWNLOADS CHROMIUM PICTURES NOTEBOOK …` opens each notebook, runs all cells from the
+`python jupyterlab_page.py ADDRESS CHROMIUM PICTURES NOTEBOOK …` opens each notebook, runs all cells from the
 menu, saves it, takes a picture of the whole notebook, and prints what the browser displays of every cell. `{name}` in
-ADDRESS stands for the notebook. If the notebooks are saved in the browser, it downloads each into the folder
-DOWNLOADS; if a server saves them, DOWNLOADS is empty.
+ADDRESS stands for the notebook.
 """
 
 import json
@@ -17,7 +16,7 @@ PATIENCE = 300_000
 WINDOW = {"width": 1280, "height": 900}
 TALLEST = 16_000
 """Largest height of a picture in pixels."""
-IDLE = r"text=/(ipykernel|Pyodide)\) \| Idle/"
+IDLE = r"text=/ipykernel\) \| Idle/"
 DONE = r"""() => [...document.querySelectorAll('.jp-Notebook .jp-CodeCell .jp-InputPrompt')].every(
     prompt => prompt.textContent === '' || /\[\d+\]/.test(prompt.textContent))
     && [...document.querySelectorAll('.jp-Notebook .jp-CodeCell')].at(-1).querySelector('.jp-OutputArea-output')"""
@@ -44,7 +43,7 @@ HEIGHT = (
 )
 
 
-def open_and_run(page: Page, address: str, download_folder: str, name: str, picture: str) -> Any:
+def open_and_run(page: Page, address: str, name: str, picture: str) -> Any:
     """Open a notebook, run all cells, save it, and return what the browser displays of every cell."""
     page.set_viewport_size(WINDOW)
     page.goto(address.replace("{name}", name))
@@ -56,8 +55,6 @@ def open_and_run(page: Page, address: str, download_folder: str, name: str, pict
     page.wait_for_function(SETTLED, timeout=PATIENCE)
     page.keyboard.press("Control+s")
     page.wait_for_timeout(3000)
-    if download_folder:
-        download(page, f"{download_folder}/{name}")
     cells = page.evaluate(CELLS)
     page.set_viewport_size({**WINDOW, "height": min(TALLEST, page.evaluate(HEIGHT) + 150)})
     page.evaluate(SCROLL_TO_TOP)
@@ -67,28 +64,18 @@ def open_and_run(page: Page, address: str, download_folder: str, name: str, pict
     return cells
 
 
-def download(page: Page, path: str) -> None:
-    """Download the open notebook from the list of files, which works in all versions."""
-    with page.expect_download() as download_info:
-        page.locator(".jp-DirListing-item", has_text=path.rpartition("/")[2]).click(button="right")
-        page.locator(".lm-Menu-item[data-command='filebrowser:download']").click()
-    download_info.value.save_as(path)
-
-
 SCROLL_TO_TOP = (
     """() => document.querySelectorAll('.jp-WindowedPanel-outer').forEach(panel => { panel.scrollTop = 0; })"""
 )
 
 
-def main(address: str, download_folder: str, chromium: str, pictures: str, *names: str) -> None:
+def main(address: str, chromium: str, pictures: str, *names: str) -> None:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         displayed = []
         for name in names:
             page = browser.new_page()  # a new context: no notebook is open in it
-            displayed.append(
-                open_and_run(page, address, download_folder, name, f"{pictures}/{name.replace('/', '-')}.png")
-            )
+            displayed.append(open_and_run(page, address, name, f"{pictures}/{name.replace('/', '-')}.png"))
             page.context.close()
         browser.close()
     print(json.dumps(displayed))
