@@ -39,6 +39,7 @@ from qdot.exercises.singularities.difficulty import (
 )
 from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import on_families, select_for_suite
+from tests.support import read_cases
 
 STUDENTS = select_for_suite(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")
@@ -125,21 +126,7 @@ def test_ids_are_read_and_written() -> None:
             ProblemId.parse(wrong)
 
 
-@pytest.mark.parametrize(
-    ("identity", "said"),
-    [
-        ("planar-2r/7@modified", "convention 'modified-dh'"), ("planar-2r/7@craig", "convention 'modified-dh'"),
-        ("planar-2r/7@zeros@modfied-dh", "convention 'modified-dh'"),
-        ("planar-2r/7@modified_dh", "convention 'modified-dh'"), ("planar-2r/7@Scews", "convention 'screws'"),
-        ("planar-2r/7@Screws", "write 'planar-2r/7@screws'"), ("Planar-2R/7", "write 'planar-2r/7'"),
-        ("planar-2r/7@lenghts", "variation 'lengths'"),
-        ("planar-2r/7@lengths+bse", "unknown variation 'bse' (did you mean 'base'?)"),
-        ("planar-2r/7@x", "variations: chapter, lengths, zeros, frames, full"),
-        ("planar-2r/7@x", "conventions: dh, modified-dh, screws; orders of twists: omega-v, v-omega"),
-        ("planar-2r/7@lengths@frames", "two variations, lengths and frames"),
-        ("planar-2r/7@dh@zeros@screws", "two conventions, dh and screws"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("identity", "said"), read_cases("refused")["ids"])
 def test_what_is_wrong_in_an_id_is_told_with_what_is_meant(identity: str, said: str) -> None:
     with pytest.raises(QdotError, match=re.escape(said)):
         ProblemId.parse(identity)

@@ -36,7 +36,7 @@ from qdot.exercises.writing.languages import ENGLISH
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from qdot.exercises.writing.render import find_template_folder, make_environment
 from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origin_pose, rotate_about, translate
-from tests.support import ROOT
+from tests.support import ROOT, read_cases
 from tests.support.suites import few_families, on_families, select_for_suite
 
 R = sp.Rational
@@ -265,24 +265,7 @@ def write_urdf(tmp_path: Path) -> Callable[..., Path]:
     return write
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("<robot name", "<robt name", "not valid XML"), ("<robot ", '<!DOCTYPE robot []><robot ', "DOCTYPE"),
-        ('<robot name="three">', '<robot name="three" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:a/>', "macros"),
-        ("<link ", "<lin ", "it has no <link>"),
-        ('type="revolute"', 'type="planar"', "joint 'elbow': type 'planar' is not supported"),
-        ('<child link="b"/>', '<child link="z"/>', "joint 'elbow': .* 'z', which does not exist"),
-        ('<child link="b"/>', "", "joint 'elbow': the child is missing"),
-        ('xyz="1 0 1"', 'xyz="0 0 0"', "joint 'slide': its axis is the zero vector"),
-        ('xyz="1 0 1"', 'xyz="1 0 nan"', "joint 'slide': axis xyz = '1 0 nan'"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbow"/>', "joint 'slide': it moves .*--tip b.*--base b"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="slide"/>', "joint 'slide': it copies .* itself"),
-        ('upper="0.5"/>', 'upper="0.5"/><mimic joint="elbo"/>', "joint 'slide': it copies .* which does not exist"),
-        ('lower="-1" upper="2.5"', 'lower="1" upper="-2.5"', r"joint 'elbow': its lower limit 1 .* -2\.5"),
-        ('<child link="camera"/>', '<child link="tool"/>', "link 'tool' is also the child of joint 'mount'"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("old", "new", "message"), read_cases("refused")["urdf"])
 def test_urdf_error_names_the_joint(old: str, new: str, message: str, write_urdf: Callable[..., Path]) -> None:
     with pytest.raises(QdotError, match=rf"three\.urdf: .*{message}"):
         read_robot_file(write_urdf(old, new), tip="tool")
@@ -294,17 +277,7 @@ def test_urdf_limits_are_rounded_like_its_angles(write_urdf: Callable[..., Path]
     assert any("upper limit of 'elbow' (3.1416 rad as 180°)" in note for note in robot.notes)
 
 
-@pytest.mark.parametrize(
-    ("tip", "base", "message"),
-    [
-        ("", "", r"several last links: tool, camera; .*--tip tool "),
-        ("tol", "", r"--tip: unknown link 'tol' \(did you mean 'tool'\?\)"),
-        ("tool", "camra", r"--base: unknown link 'camra' \(did you mean 'camera'\?\)"),
-        ("base", "", "is the root, .* as in --tip tool"),
-        ("tool", "camera", "link 'camera' is not on the way from the root to link 'tool'; .* --base from base, a, b"),
-        ("tool", "c", "no joint moves link 'tool'"),
-    ],
-)
+@pytest.mark.parametrize(("tip", "base", "message"), read_cases("refused")["links"])
 def test_urdf_links_that_begin_and_end_no_chain_are_refused(
     tip: str, base: str, message: str, write_urdf: Callable[..., Path]
 ) -> None:

@@ -443,14 +443,7 @@ def _load_with_line(folder: Path, line: str) -> Assignment:
     return load_assignment(folder)
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("decimals = 1", "from 2 to 12"), ("decimals = true", "from 2 to 12"), ("decimals = 2.5", "from 2 to 12"),
-        ('decimals = "some"', "unit"), ('decimals = "0 m"', "more than 0"),
-        ('decimals = "1 inch"', "'inch' is not a known unit"), ("decimals = {jacobi = 3}", "'jacobi'.*jacobian"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "message"), read_cases("refused")["decimals"])
 def test_invalid_decimals_key_names_its_line(folder: Path, line: str, message: str) -> None:
     with pytest.raises(QdotError, match=f"line 6.*{message}"):
         _load_with_line(folder, line)

@@ -49,6 +49,7 @@ from tests.support.command import run_and_fail
 from tests.support.programs import CHROMIUM, LATEX, POPPLER, require_program
 from tests.support.submitting import make_class
 from tests.support.suites import few_families, select_for_suite
+from tests.support import read_cases
 
 TOML = """title = 'Rates & "poses" #1'
 key = "hw"
@@ -533,18 +534,7 @@ def test_exam_has_a_front_page(file_type: str, tmp_path: Path) -> None:
     assert ("data:image/png;base64," in page) if file_type == "html" else files["exam/logo.png"] == PNG
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "reason"),
-    [
-        ("**into the boxes**", "$\\\\foo$", "line 7: paper: instructions … foo is not supported"),
-        ("2027-02-11", "20270211", "line 4 … date … as in date = 2027-02-11"),
-        ('"90 minutes & 5 %"', "90", "time_allowed … in time_allowed"),
-        ("logo.png", "logo.gif", "line 6 … PNG, JPEG or SVG"),
-        ("logo.png", "nowhere.png", "nowhere.png … No such file"),
-        ("logo.png", "roster.svg", "roster.svg is not an image"),
-        ("date =", "dat =", "'dat' … 'date'"),
-    ],
-)
+@pytest.mark.parametrize(("old", "new", "reason"), read_cases("refused")["front_pages"])
 def test_error_in_front_page_names_its_line(old: str, new: str, reason: str, tmp_path: Path) -> None:
     folder = make_class(tmp_path / "hw", CLASS[:1]).folder
     (folder / "assignment.toml").write_text(FRONT_PAGE.replace(old, new))

@@ -190,27 +190,7 @@ def test_options_are_shuffled_and_several_may_be_correct(tmp_path: Path) -> None
     assert judge_answer(problem, right) == "correct" and judge_answer(problem, right[0]) == "partial"
 
 
-@pytest.mark.parametrize(
-    ("question", "family", "answer", "advice"),
-    [
-        (
-            'answer = "m*transpose(J)*J"\nunits = {m = "kg"}', "planar-2r",
-            "[[a1^2+a2^2+2*a1*a2*c2, a2^2+a1*a2*c2], [a1*s2, a2^2/2]]", "Your answer does not contain m, but",
-        ),
-        (
-            'answer = "ddt((o1 + o2)/2)"\nrows = ["v_x", "v_y"]', "planar-3r", "[a1*c1 + a2/2*c12, a1*s1 + a2/2*s12]",
-            "Your answer does not contain qd1 or qd2, but the requested result depends on them.",
-        ),
-        (
-            'answer = "v"\ngiven = ["pose", "rates"]\nrows = ["v_x", "v_y"]', "planar-2r", "[1.234, 2.345]",
-            "Calculate your answer again step by step, and check each number",
-        ),
-        (
-            'answer = "inv(J)*xd"\ngiven = ["pose", "velocity"]', "planar-2r", "[1.234, 2.345]",
-            "To check them, substitute them into the equation that they solve.",
-        ),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("question", "family", "answer", "advice"), read_cases("own_questions")["advice"])
 def test_advice_names_missing_symbols_and_only_equations_that_exist(
     question: str, family: str, answer: str, advice: str, tmp_path: Path
 ) -> None:
@@ -626,23 +606,7 @@ def test_numbers_may_have_different_tolerances(text: str, expected: Outcome, tmp
     assert (key["tolerance"], key["floor"], key["floors"]) == (0, 0.001, [0.02, 0.001])
 
 
-@pytest.mark.parametrize(
-    ("question", "family", "warning"),
-    [
-        ('answer = "v"', "planar-2r", 'its z component is always 0; to ask for the others only'),
-        ('prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "v"', "planar-2r", "its z component is always 0"),
-        ('answer = "ddt(v)"\nrows = ["a_x", "a_{y}"]', "planar-pr",
-         "a_{y} is always 0; the components of its task are x and z"),
-        ('answer = "v"\nrows = ["v_x", "v_z"]', "planar-pr", ""),
-        ('answer = "v"\nrows = ["v_x", "v_y"]', "planar-2r", ""), ('answer = "v"', "elbow-3r", ""),
-        ('answer = "w"', "planar-2r", ""), ('options = ["x1", "z0"]\nshown = "formula"', "planar-2r", ""),
-        ('options = ["cross(z1, p)", "z0"]', "planar-2r", "its option 'cross(z1, p)' is shown as a text"),
-        ('options = ["2", "$p$", "none of these", "o9", "it"]', "planar-2r", ""),
-        ('prompt = "{given}"\ngiven = ["pose", "force"]\nanswer = "transpose(Jv)*[fx, 0, 0]"', "scara",
-         "its entries 3 and 4 are 0 for all given values"),
-        ('prompt = "{given}"\ngiven = ["pose", "force"]\nanswer = "transpose(J)*f"\nunit = "N m"', "planar-2r", ""),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("question", "family", "warning"), read_cases("own_questions")["warnings"])
 def test_what_is_probably_not_meant_is_a_warning_with_its_line(
     question: str, family: str, warning: str, tmp_path: Path
 ) -> None:

@@ -13,7 +13,7 @@ from qdot.grader.diagnosis.advice import advise
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.verdict import Verdict
 from qdot.grader.marking.marking import mark
-from tests.support import DATA
+from tests.support import DATA, read_cases
 
 MASSES = (("g", "m/s^2"), ("m", "kg"))
 AT_POSE = (GivenValue("pose"), GivenValue("rates"))
@@ -102,20 +102,7 @@ def test_entries_named_by_their_number_are_read_in_this_order(answer: str, is_ri
     assert (verdict.judgement.share == 1) is is_right
 
 
-@pytest.mark.parametrize(
-    ("product", "listed"),
-    [
-        ("d3*cos(theta2) = 0", "[d3 = 0, theta2 = pi/2, theta2 = -pi/2]"),
-        ("2*d3^2*theta2 = 0", "[d3 = 0, theta2 = 0]"),
-        ("d3*sin(theta2)*cos(theta1) = 0", "[d3 = 0, theta2 = 0, theta2 = pi, cos(theta1) = 0]"),
-        ("sin(theta2)*d3/2 = 0", "[d3 = 0, theta2 = 0, theta2 = pi]"),
-        ("d3*tan(theta1)*tan(theta1) = 0", "[d3 = 0, tan(theta1) = 0]"),
-        ("d3*tan(theta1)**2 = 0", "[d3 = 0, tan(theta1) = 0]"),
-        ("d3*sin(theta1)/cos(theta1)**2 = 0", "[d3 = 0, sin(theta1) = 0]"),
-        ("[d3 = 0, 1/sec(theta2) = 0]", "[d3 = 0, cos(theta2) = 0]"),
-        ("[d3 = 0, 1/csc(theta2) = 0]", "[d3 = 0, sin(theta2) = 0]"),
-    ],
-)
+@pytest.mark.parametrize(("product", "listed"), read_cases("own_questions")["products"])
 def test_a_product_earns_what_its_factors_earn_as_a_list(product: str, listed: str) -> None:
     problem = ask("spherical", "zeros(p.x, p.y)")
     verdicts = [mark_one(problem, text) for text in (product, listed)]
@@ -145,26 +132,7 @@ def test_a_direction_that_nothing_loses_gets_no_such_message() -> None:
     assert find_mistake(verdict) != "direction-that-moves"
 
 
-@pytest.mark.parametrize(
-    ("formula", "wrong_formula", "mistake"),
-    [
-        ("norm(v)", "dot(v, v)", "speed-squared"), ("norm(v)", "v.x + v.y", "components-added"),
-        ("norm(v)", "abs(v.x) + abs(v.y)", "components-added"), ("norm(v)", "v.y", "component-alone"),
-        ("m*g*v.y", "m*v.y", "factor-missing"), ("m*g*v.y", "m*g*v.x", "other-component"),
-        ("m*p.x*qd1", "m*p.x", "factor-missing"), ("dot(m*p, v)", "m*p.x*v.x", "component-left-out"),
-        ("transpose(Jv)*[m, 0, 0]", "J*[m, 0]", "transposed-wrongly"),
-        ("J*transpose(J)*qd", "transpose(J)*J*qd", "transposed-wrongly"),
-        ("m*transpose(J)*J*qd", "m*J*transpose(J)*qd", "transposed-wrongly"),
-        ("sqrt(v.x^2 + v.y^2)", "dot(v, v)", "speed-squared"), ("sqrt(v.x^2 + v.y^2)", "v.y", "component-alone"),
-        ("m*dot(v, v)/2", "m*dot(v, v)", "entry-doubled"), ("m*g*v.y", "m*g*v.y/2", "entry-halved"),
-        ("3*dot(v, v)", "dot(v, v)", "factor-missing"), ("m*g*v.y", "at(m*g*v.y, qd2 = 0)", "symbol-left-out"),
-        ("m*dot(v, v)", "m*(at(dot(v, v), qd1 = 0) + at(dot(v, v), qd2 = 0))", "cross-terms-missing"),
-        ("m*g*sin(theta2)", "m*g*sin(180/pi*theta2)", "degrees-as-radians"),
-        ("m*dot(v, v)", "at(m*dot(v, v), qd1 = qd2, qd2 = qd1)", "symbols-exchanged"),
-        ("m*(3*sin(theta1) + sin(theta2))", "m*(3*sin(theta1) - sin(theta2))", "term-sign-typed"),
-        ("m*(3*sin(theta1) + sin(theta2))", "m*(3*sin(theta1) + cos(theta2))", "trig-throughout"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("formula", "wrong_formula", "mistake"), read_cases("own_questions")["numbers"])
 def test_simple_mistakes_in_a_number_are_named(formula: str, wrong_formula: str, mistake: str) -> None:
     given = (*AT_POSE, GivenValue("m", low=2, high=5), GivenValue("g", low=9.81, high=9.81))
     problem, other_problem = (ask("planar-2r", text, units=MASSES, given=given) for text in (formula, wrong_formula))
@@ -173,16 +141,7 @@ def test_simple_mistakes_in_a_number_are_named(formula: str, wrong_formula: str,
     assert find_mistake(verdict) == mistake, verdict.diagnosis
 
 
-@pytest.mark.parametrize(
-    ("formula", "wrong_formula", "mistake"),
-    [
-        ("transpose(J)*f", "at(transpose(J)*f, fy = 0)", "symbol-left-out"),
-        ("transpose(J)*f", "at(transpose(J)*f, fx = fy, fy = fx)", "symbols-exchanged"),
-        ("transpose(J)*f", "at(transpose(J)*f, fx = -fx)", "symbol-sign"),
-        ("transpose(J)*f", "transpose(J)*f/norm(f)", "unit-vector"),
-        ("inv(J)*xd", "inv(J)*xd/norm(xd)", "unit-vector"), ("inv(J)*xd", "at(inv(J)*xd, vx = 0)", "symbol-left-out"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("formula", "wrong_formula", "mistake"), read_cases("own_questions")["vectors"])
 def test_mistakes_in_given_vectors_are_named_in_formulas_and_in_numbers(
     formula: str, wrong_formula: str, mistake: str
 ) -> None:

@@ -356,34 +356,6 @@ def test_an_impossible_difficulty_is_a_failure() -> None:
     ]
 
 
-@pytest.mark.parametrize(
-    ("entry", "message"),
-    [
-        ('robot = "none.toml"', 'robot = "none.toml": there is no file'),
-        ('family = "planar-2r"\nrobot = "Lab arm.toml"', "either a family, .* or a robot"),
-        ("questions = []", "either a family, .* or a robot"),
-        ('family = "planar-2r"\ndifficulty = 4', "difficulty = 4: planar-2r"),
-        ('family = "planar-2r"\ndifficulty = 9', "difficulty = 9: .*from 0 to 4"),
-        ('family = "planar-2r"\ndifficulty = [2, 1]', r"difficulty = \[2, 1\]"),
-        ('robot = "Lab arm.toml"\nquestions = ["gram-determinant"]', "gram-determinant"),
-        ("a9 = [0.1, 0.2]", r"draw: a9 = \[0.1, 0.2\]: .*a2, a3, d1"),
-        ("a2 = [0.5, 0.2]", "draw: a2"),
-        ("a2 = 0.5", "draw: a2 = 0.5: .*metres"),
-        ("a2 = [0.501, 0.502]", "whole centimetres"),
-    ],
-)
-def test_an_impossible_problem_or_range_is_an_error(folder: Path, entry: str, message: str) -> None:
-    if entry.startswith("a"):
-        (folder / "Lab arm.toml").write_text(ARM.partition("[draw]")[0] + f"[draw]\n{entry}\n", encoding="utf-8")
-        message = rf"Lab arm\.toml: .*{message}"
-    else:
-        text = f'title = "T"\nkey = "t"\n[[problem]]\n{entry}\n'
-        (folder / "assignment.toml").write_text(text, encoding="utf-8")
-        message = rf"assignment\.toml: line \d: problem 1: .*{message}"
-    with pytest.raises(QdotError, match=message):
-        load_assignment(folder)
-
-
 def test_a_crash_fails_only_its_problem(monkeypatch: pytest.MonkeyPatch) -> None:
     content = generate
 

@@ -21,7 +21,7 @@ from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.reports.class_summary import find_late_or_unmarked
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.grades_table import SUMMARY_COLUMNS, find_work_status, make_grades_csv, make_to_mark_csv
-from tests.support import command
+from tests.support import command, read_cases
 from tests.support.results import get_counted_file, make_override, make_part, read_results
 from tests.support.submitting import answer_notebook, make_class, release_class, work_in_one_process
 
@@ -64,19 +64,7 @@ def attempt(assignment: Assignment, hours: float, *points: float | None, **overr
     return compute_final_result(assignment, student, notebooks, Overrides(by_part))
 
 
-@pytest.mark.parametrize(
-    ("line", "message"),
-    [
-        ("s9,p1.position,1,", "line 2: roster.csv has no student 's9'"),
-        ("s1,p1.positon,1,", "line 2: unknown part 'p1.positon' (did you mean 'p1.position'?)"),
-        ("s1,p1.position,one,", "line 2: points = 'one': "), ("s1,p1.position,-1,", "points = '-1': "),
-        ("s1,p1.position,nan,", "points = 'nan': "), ("s1,p1.position,,", "points = '': "),
-        ("s1,p1.position,2.5,", "points = 2.5: p1.position has at most 2 "),
-        ("s1,,2.8,", "points = 2.8: the total has at most 2.7 "),
-        ("s1,p1.position,1,\ns2,,1,\ns1,p1.position,2,", "line 4: p1.position of 's1' was already set on line 2"),
-        ("s1,p1.position,1,well, now", "line 2: 5 cells, but the header has 4"), ("s1,p1.position", "line 2: "),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("line", "message"), read_cases("refused")["overrides"])
 def test_an_error_in_overrides_is_reported_with_its_line(folder: Path, line: str, message: str) -> None:
     (folder / "overrides.csv").write_text(f"student,part,points,comment\n{line}\n")
     with pytest.raises(QdotError) as caught:

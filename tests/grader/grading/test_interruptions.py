@@ -195,44 +195,23 @@ def test_repeated_kills_lose_nothing(
 # --- workers that die ---
 
 
-NEIGHBOURS = select_for_suite(slice(4, 7), slice(None))
-"""The students who are graded with s05."""
-
-
-def grade_with_crashes(folder: Path, times: int) -> dict[str, Result]:
-    """Grade s05 and neighbours; s05 ends a number of processes that load the student's problems."""
-    loaded = load_assignment(folder)
-    values = {field.name: getattr(loaded, field.name) for field in fields(loaded)}
-    assignment = CrashingAssignment(**values, victim="s05", times=times)
-    shutil.rmtree(folder / ".qdot")  # stored problems would not be loaded again
-    submissions = find_submissions(assignment, folder / "submitted").by_student
-    results = grade_class(assignment, submissions, 2, Limits(), lambda _: None, assignment.roster[NEIGHBOURS])
-    died = len(list(folder.glob("died.*")))
-    assert min(times, 3) <= died <= times  # a pool may die more than once where the student before is slow
-    return index_by_student(results)
-
-
-def select_neighbours(undisturbed: dict[str, bytes]) -> dict[str, Result]:
-    results = [parse_dataclass(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
-    return index_by_student(results[NEIGHBOURS])
-
-
 @pytest.mark.whole
 def test_a_student_who_ends_every_process_is_ungraded(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    expected = select_neighbours(undisturbed)
-    results = grade_with_crashes(folder, 9)
+    loaded = load_assignment(folder)
+    values = {field.name: getattr(loaded, field.name) for field in fields(loaded)}
+    assignment = CrashingAssignment(**values, victim="s05", times=9)
+    shutil.rmtree(folder / ".qdot")  # stored problems would not be loaded again
+    submissions = find_submissions(assignment, folder / "submitted").by_student
+    results = index_by_student(grade_class(assignment, submissions, 2, Limits(), lambda _: None))
+    assert 3 <= len(list(folder.glob("died.*"))) <= 9  # a pool may die more than once where the student before is slow
     lost = results.pop("s05")
     assert find_work_status(lost) == "ungraded"
     assert (lost.score, lost.max_score) == (0, 1)
     assert "the system ended its process twice" in (lost.obstacle or "")
-    assert results == {student: result for student, result in expected.items() if student != "s05"}
+    expected = [parse_dataclass(Result, line) for line in undisturbed["results.jsonl"].splitlines()]
+    assert list(results.values()) == [result for result in expected if result.student != "s05"]
     assert finish_run(folder) == TRUNCATED_MESSAGE  # the failure is not stored: the next run tries again
     assert_finished(folder, undisturbed)
-
-
-@pytest.mark.whole
-def test_a_student_who_ends_one_process_is_graded(folder: Path, undisturbed: dict[str, bytes]) -> None:
-    assert grade_with_crashes(folder, 2) == select_neighbours(undisturbed)
 
 
 class LosingSandbox(Sandbox):

@@ -26,6 +26,7 @@ from qdot.grader.serve.personal_links import COLUMNS, WrittenLinks, write_links
 from qdot.grader.serve.server import claim_database
 from qdot.grader.serve.settings import ServiceOptions, configure
 from tests.support.serving import Browser, Service
+from tests.support import read_cases
 
 
 def read_links(path: Path) -> dict[str, str]:
@@ -166,20 +167,7 @@ def test_a_database_that_does_not_answer_is_logged_once_a_minute(caplog: pytest.
     assert [record.exc_info is not None for record in caplog.records] == [False, True]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        (["hmework"], "hmework is not a folder; did you mean homework?"),
-        (["elsewhere"], "'qdot init elsewhere' creates one"),
-        (["lnks", "homework"], "did you mean 'links'?"),
-        (["backup", "homework", "--out", "taken.zip"], "taken.zip exists already"),
-        (["register", "homework", "--platform", "moodle", "--site", "https://moodle.example.edu"], "add --url"),
-        (
-            ["register", "homework", "--platform", "moodle", "--site", "https://m.edu", "--url", "http://q.edu"],
-            "https://",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "sentence"), read_cases("refused")["serve"])
 def test_a_mistake_in_a_command_is_named(
     arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -221,19 +209,7 @@ def test_the_help_says_how_the_service_is_started() -> None:
     assert all(words in output for words in ("qdot serve start", "--port", "--url"))
 
 
-@pytest.mark.parametrize(
-    "url",
-    [
-        "qdot.example.edu",
-        "ftp://qdot.example.edu",
-        "http://h/foo",
-        "https://h/?a",
-        "https://h#a",
-        "https://me@h",
-        "http://h:x",
-        "http://h:0",
-    ],
-)
+@pytest.mark.parametrize("url", read_cases("refused")["urls"])
 def test_an_address_at_which_the_pages_would_not_work_is_refused(url: str, tmp_path: Path) -> None:
     with pytest.raises(QdotError, match="--url"):
         configure(ServiceOptions((tmp_path,), url=url))
