@@ -93,7 +93,6 @@ def _find_comments(item: ElementTree.Element) -> dict[str, str]:
 
 
 def _find_blanks(item: ElementTree.Element) -> list[tuple[str, ...]]:
-    """Return the texts that each blank of a converted item accepts, if the question has this blank."""
     question = "".join(
         text for element in item.iter() if _get_tag(element) == "itemBody" for text in element.itertext()
     )

@@ -90,7 +90,6 @@ class _Container:
         self.name = f"a container with {system}, {python}"
 
     def build(self, archive: Path) -> None:
-        """Unpack the zip and run its setup script, as Gradescope does when it builds an image."""
         source = self.autograder / "source"
         source.mkdir(parents=True)
         with zipfile.ZipFile(archive) as zip_file:
@@ -117,7 +116,6 @@ class _Container:
         return json.loads(results.read_text(encoding="utf-8"))
 
     def _run(self, *command: str) -> subprocess.CompletedProcess[str]:
-        """Run a command in the container as root, in /autograder."""
         self.autograder.mkdir(exist_ok=True)
         capabilities = [word for name in CAPABILITIES for word in ("--cap-add", f"CAP_{name}")]
         bwrap = [

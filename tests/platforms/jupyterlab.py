@@ -34,7 +34,6 @@ def run(software: Path, work: Path) -> Record:
 
 
 def write_submissions(assignment: Assignment, folder: Path) -> list[str]:
-    """Write the notebooks of all students with their answers into a folder; return their paths in it."""
     qdot("generate", assignment.folder)
     names = [f"{student.id}/{KEY}.ipynb" for student in assignment.roster]
     for name in names:

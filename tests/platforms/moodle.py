@@ -208,7 +208,6 @@ def _check_slots(counts: Counts, items: Sequence[QuizItem], quiz: Json) -> None:
 
 
 def extract_text(page: str) -> str:
-    """Return the text of HTML, also of HTML that is escaped in attributes."""
     return " ".join(re.sub(r"<[^>]*>", " ", html.unescape(html.unescape(page))).split())
 
 
@@ -233,7 +232,6 @@ def find_faults(item: QuizItem, page: str) -> list[str]:
 
 
 def _check_gradebook(counts: Counts, software: Path, folder: Path) -> None:
-    """Import the marks of a class of three students, one of whom submits nothing."""
     students = [Student(name, name.title(), f"{name}@marks.example.org") for name in ("ada", "henri", "sofja")]
     assignment = make_class(folder, students)
     submit(assignment, "ada.ipynb", make_correct_notebook(assignment, "ada"))

@@ -120,7 +120,6 @@ class _Formgrader:
         return {entry["student"]: entry["id"] for entry in entries}
 
     def fetch_grades(self, student: str) -> dict[str, float]:
-        """Return the points in the boxes of a student's page, by grade id."""
         boxes = json.loads(fetch_page(f"{self.address}/api/grades?submission_id={self.notebooks[student]}"))
         return {box["name"]: box["auto_score"] for box in boxes}
 
@@ -129,7 +128,6 @@ class _Formgrader:
 
 
 def _extract_text(text: str) -> str:
-    """Return the text of a page without tags and without whitespace, because the two differ between conversions."""
     return re.sub(r"\s+", "", html.unescape(re.sub(r"<[^>]*>", "", text)))
 
 

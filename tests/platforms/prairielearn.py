@@ -82,8 +82,6 @@ def run(software: Path, work: Path) -> Record:
 
 @dataclass(frozen=True)
 class Site:
-    """A running PrairieLearn: its address, and the name of its database."""
-
     address: str
     database: str
 
@@ -117,8 +115,6 @@ class Site:
 
 @dataclass(frozen=True)
 class Visitor:
-    """A person's browser, with its own cookies."""
-
     site: Site
     opener: OpenerDirector = field(default_factory=lambda: build_opener(HTTPCookieProcessor(CookieJar())))
 
@@ -311,7 +307,6 @@ class Question:
         return int(self.path.split("/")[-2])
 
     def open_page(self) -> str:
-        """Return its page; if the last variant is done, the page has a new one."""
         return self.student.get(self.path)
 
     def fetch_variant(self) -> Data:
@@ -323,7 +318,6 @@ class Question:
         return float(self.student.site.query_row(query)["points"])
 
     def submit(self, page: str, form: Data) -> tuple[Data, str]:
-        """Submit the form of a page; return the row of the submission, and the page that follows."""
         variant = self.fetch_variant()["id"]
         hidden_fields = {"__action": "grade", "__variant_id": variant, "__csrf_token": find_csrf_token(page)}
         page = self.student.post(self.path, {**hidden_fields, **form})
@@ -388,7 +382,6 @@ def _check_totals(site: Site, variants: list[Variant], counts: Counts) -> None:
 
 
 def iterate_right_answers(problem: Problem) -> Iterator[dict[str, str]]:
-    """Yield right answers to all parts, in several forms."""
     right = {part.name: _make_right_answers(part) for part in problem.parts}
     for number in range(3):
         yield {name: forms[number % len(forms)] for name, forms in right.items()}
@@ -449,10 +442,6 @@ def _submit(
     counts: Counts,
     check: str = "",
 ) -> str:
-    """Submit answers to some parts and blanks for the others, compare all scores with qdot's, and return the page.
-
-    The scores of the answers are also counted as a `check`, "right = full" or "wrong < full", if it is given.
-    """
     page = page if GRADE in page else question.open_page()
     params = question.fetch_variant()["params"]
     form: Data = {}

@@ -120,7 +120,6 @@ def _make_number_attempts(form: NumberForm) -> list[_Attempt]:
 
 
 def _make_wrong_number(field: NumberField, number: int) -> float:
-    """Return the wrong value of a known mistake, or another wrong number if fewer mistakes are known."""
     known = next(islice(field.wrong_values, number, None), None)
     return known.value if known is not None else field.value + (number + 1) * max(1.0, abs(field.value))
 

@@ -59,14 +59,12 @@ class Counts:
         self.excused: dict[str, int] = {}
 
     def add(self, check: str, passed: bool, details: str) -> None:
-        """Count a check, and print its details if it failed."""
         self.passed[check] = self.passed.get(check, 0) + passed
         self.of[check] = self.of.get(check, 0) + 1
         if not passed:
             print(f"  {check}: {details}")
 
     def excuse(self, check: str, number: int, reason: str) -> None:
-        """Allow a further number of checks to fail, for a reason."""
         self.excused[check], self.but[check] = self.excused.get(check, 0) + number, reason
 
     def freeze(self) -> dict[str, Count]:

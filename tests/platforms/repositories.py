@@ -28,7 +28,6 @@ class PushedClass:
     python: Path
 
     def clone(self, repository: str, to: Path, address: str) -> Path:
-        """Clone a repository, and set the origin to its address on the platform."""
         git("clone", "--quiet", self.server.bare(f"{OWNER}/{repository}"), to)
         git("remote", "set-url", "origin", f"{address}{OWNER}/{repository}.git", cwd=to)
         return to

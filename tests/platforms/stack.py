@@ -121,7 +121,6 @@ def _check_typed_answers(counts: Counts, questions: list[Json]) -> None:
 
 
 def _check_slots(counts: Counts, bank: ET.Element, quiz: Json) -> None:
-    """Check that a quiz has a slot for each category, in order."""
     paths = [text.text or "" for text in bank.findall("question[@type='category']/category/text")]
     same = [slot["category"] for slot in quiz["slots"]] == [path.rsplit("/", 1)[-1] for path in paths]
     counts.add("slots of the quiz", same, f"{quiz['slots']} for {paths}")

@@ -31,7 +31,6 @@ JOBS = read_yaml(WORKFLOW)["jobs"]
 
 
 def copy_checkout(folder: Path) -> Path:
-    """Copy all files that Git tracks or does not ignore."""
     require_program("git", GIT)
     listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(listed, cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\0")
@@ -107,7 +106,6 @@ def test_a_tag_must_match_version_archive_and_changelog(checkout: Path, capsys: 
 
 
 def build(source: Path, folder: Path, **environment: str) -> dict[str, bytes]:
-    """Build both distributions from a folder in the given environment."""
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", str(folder), str(source)]
     given = {**os.environ, "SOURCE_DATE_EPOCH": "1700000000", "HATCH_BUILD_NO_HOOKS": "true", **environment}
     done = subprocess.run(command, env=given, umask=int(environment["UMASK"], 8), capture_output=True, text=True)
@@ -229,7 +227,6 @@ NAMES = [*COMMANDS, *(f"site {name}" for name in SITE_COMMANDS)]
 
 
 def find_command(name: str) -> Any:
-    """Return a command by its full name, such as "site build"."""
     command = PROGRAM
     for word in name.split():
         command = command.commands[word]

@@ -84,7 +84,6 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def home(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a fresh environment with the wheel and its dependencies."""
     home = tmp_path_factory.mktemp("fresh")
     venv.create(home, with_pip=False, symlinks=True)
     python = home / "bin" / "python"
@@ -101,7 +100,6 @@ def run_qdot(home: Path, *arguments: str | Path, cwd: Path) -> str:
 
 
 def list_files(folder: str, pattern: str = "*") -> set[str]:
-    """Return the files below a folder of the checkout by their path in it."""
     files = (path for path in (ROOT / folder).rglob(pattern) if path.is_file() and "__pycache__" not in path.parts)
     return {path.relative_to(ROOT / folder).as_posix() for path in files}
 

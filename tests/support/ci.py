@@ -26,7 +26,6 @@ def git(*arguments: str | Path, cwd: Path | None = None) -> str:
 
 
 def push_to_new_repository(folder: Path, server: Path, name: str) -> Path:
-    """Push the content of a folder to a new repository on a server, and return its path there."""
     bare = server / f"{name}.git"
     git("init", "--quiet", "--bare", bare)
     git("init", "--quiet", folder)
@@ -70,7 +69,6 @@ class Machine:
         }  # fmt: skip
 
     def lend(self) -> None:
-        """Make the packages of this environment importable there."""
         libraries = [path for path in sys.path if Path(path).name == "site-packages"]
         (find_site_packages(self.home / "python") / "lent.pth").write_text(
             "".join(f"{path}\n" for path in libraries), "utf-8"

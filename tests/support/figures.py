@@ -62,7 +62,6 @@ def find_faults(figure: Figure) -> list[str]:
 
 
 def count_link_crossings(chain: Chain, arm: Chain, entries: np.ndarray) -> int:
-    """Count the pairs of links that cross in the drawing, by intersecting the lines through them."""
     frames, corners, path = compute_skeletons(arm, entries[None])
     links = list_segments(frames, corners, path, arm.point.frame)[0] @ choose_view(chain)[:2].T
     count = 0

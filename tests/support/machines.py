@@ -28,7 +28,6 @@ CALLS: dict[str, tuple[tuple[int, int], ...]] = {  # on x86_64, on aarch64
 
 
 def _make_filter(refused: Collection[str]) -> bytes:
-    """Return a filter that refuses these measures with EPERM."""
     column = {"x86_64": 0, "aarch64": 1}[platform.machine()]
     program = struct.pack("HBBI", 0x20, 0, 0, 0)  # load the number
     for number in (numbers[column] for measure in refused for numbers in CALLS[measure]):
@@ -57,8 +56,6 @@ def run_restricted(
     home: Path | None = None,
     timeout: float = 120,
 ) -> "subprocess.CompletedProcess[str]":
-    """Run a Python program while the kernel refuses some measures, as `user` if that is not None."""
-
     def restrict_process() -> None:
         if user == DOCKERS_ROOT:
             _make_python_readable()

@@ -74,7 +74,6 @@ def load_problem(identity: ProblemId) -> Problem:
 
 
 def cache_problems(identities: Sequence[ProblemId]) -> int:
-    """Generate and cache the missing problems on all cores; return how many were missing."""
     missing = [
         identity for identity in identities if (path := _get_cache_path(identity)) is not None and not path.exists()
     ]

@@ -44,7 +44,6 @@ class RunningService:
         return subprocess.run(command, env=self.environment, check=True, capture_output=True, text=True).stdout
 
     def register(self, platform: Any) -> str:
-        """Register a platform, and return the address at which its logins begin."""
         platform.tool, site = self.url, platform.site
         command = ("register", str(self.folder), "--platform", "moodle", "--site", site)
         found = re.search(r"http\S+/lti/login/\S+", self.call(*command))
@@ -62,7 +61,6 @@ class RunningService:
         assert "stop it with Ctrl-C" in self.process.stdout.readline()
 
     def list_workers(self) -> list[psutil.Process]:
-        """Return the processes that judge or grade, but not those that only start others."""
         processes = psutil.Process(self.process.pid).children(recursive=True)
         return [process for process in processes if "resource_tracker" not in " ".join(process.cmdline())]
 

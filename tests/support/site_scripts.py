@@ -6,7 +6,6 @@ from qdot.exercises.site.pages import SCRIPT_SOURCES, Assets
 
 
 def write_stand_in_assets(folder: Path) -> Assets:
-    """Write stand-ins for the site's scripts and styles below a folder, and return their `Assets`."""
     (folder / "assets").mkdir(parents=True)
     for name in (*(f"{entry}.js" for entry in SCRIPT_SOURCES), "shared.js", "site.css"):
         (folder / "assets" / name).write_text(f"/* {name} */\n")

@@ -58,7 +58,6 @@ def release_class(folder: Path, students: Sequence[Student], toml: str) -> Assig
 def answer_notebook(
     assignment: Assignment, student: str, change: Callable[[str, Part], str] = lambda code, _: code
 ) -> str:
-    """Return a released notebook with an answer to each part: the right one, or what `change` makes of it."""
     text = (assignment.folder / "released" / student / "hw.ipynb").read_text()
     return fill_in_answers(text, load_stored_problems(assignment, student).problems, change)
 
@@ -99,7 +98,6 @@ def text_cell(source: str, kind: str = "markdown") -> dict[str, Any]:
 
 
 def make_correct_cells(assignment: Assignment, student: str) -> Cells:
-    """Return cells 1 to 5: a heading, the setup, and the first three answers."""
     (slot, problem), *_ = assignment.generate_problems(student)
     names = list(problem.symbols)
     cells = [

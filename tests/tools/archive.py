@@ -91,7 +91,6 @@ def _list_options(command: Any, name: str) -> list[tuple[str, list[str]]]:
 
 
 def write_archive(archive: Path) -> None:
-    """Write an archive into a folder, replacing what is there."""
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
         _generate_and_grade_class(folder)

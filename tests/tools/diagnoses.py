@@ -150,7 +150,6 @@ def _write_short_answer(part: Part) -> str:
 
 
 def _write_answer(part: Part, wrong: PredictedAnswer, stages: StageResults) -> str | None:
-    """Return a wrong answer as a student writes it; None if it is too long, or is not an option."""
     if isinstance(part.answer, Choice):
         return _find_option(part, wrong.answer)
     if _is_numeric(part):
@@ -186,7 +185,6 @@ def _find_option(part: Part, vector: np.ndarray) -> str | None:
 
 
 def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
-    """Yield answers of the right type that are wrong at random."""
     rng = random.Random(f"{problem.id}/{part.name}")
     given_joints = part.details.given_joints  # a term with their sines may vanish where it is asked
     revolute = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.is_revolute]

@@ -80,7 +80,6 @@ def documents() -> Mapping[str, str]:
 
 
 def write(folder: Path) -> list[Path]:
-    """Write the generated files into a docs folder, and return their paths. Raises QdotError."""
     texts = documents()
     write_atomically(LISTING_FILE, listing_text())
     for name, text in texts.items():
@@ -151,7 +150,6 @@ def _first_arm(family: str) -> Chain:
 
 
 def thumbnail_path(family: str, step: str = DEFAULT_VARIATION) -> str:
-    """Return the path of the drawing of a family's first arm at a step of variation."""
     return f"families/{family}.svg" if step == DEFAULT_VARIATION else f"families/{family}-{step}.svg"
 
 

@@ -95,7 +95,6 @@ def load_seed_texts() -> list[str]:
 
 
 def check_parsing(text: str) -> None:
-    """Check that a text is parsed or refused, whatever the problem's symbols are."""
     for known in SYMBOL_SETS:
         tree = _parse(text, known)
         if tree is not None:
@@ -108,7 +107,6 @@ def check_parsing(text: str) -> None:
 
 
 def check_printing(text: str) -> None:
-    """Check that a printed tree parses to the same tree."""
     for known in SYMBOL_SETS[:3]:
         tree = _parse(text, known)
         if tree is None or not _is_scalar(tree) or not all(map(_is_normal, trees.find_names(tree))):
@@ -356,7 +354,6 @@ def mutate(text: str, rng: Stream, tokens: tuple[str, ...], max_length: int = MA
 
 
 def fuzz(target: str, seconds: float, seed: str) -> int:
-    """Run one target on random texts, print each kind of find once, and return the number of kinds."""
     rng, texts, kinds = Stream(f"fuzz/{seed}/{target}"), load_seed_texts(), set[str]()
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:

@@ -405,7 +405,6 @@ FREQUENT_KINDS = (*KINDS, "names", "links", *["structures"] * 4, *["bytes"] * 3,
 
 
 def submit_random(root: Path, right: str, rng: Stream, choices: tuple[str, ...] = FREQUENT_KINDS) -> str:
-    """Write a random hostile submission, and return its description."""
     workspace = Workspace(root, choose_folder(root, rng), right)
     kinds = [rng.choice(choices) for _ in range(1 + rng.integer_below(8) // 6)]
     kinds.sort(key=lambda kind: kind == "links")  # later kinds would write into a linked folder

@@ -163,7 +163,6 @@ MUTATIONS: tuple[Rule, ...] = (
 
 
 def places(node: Node) -> list[tuple[int, ...]]:
-    """Return every place in a tree, as the indices of the operands on the path to it."""
     return [(), *((i, *place) for i, arg in enumerate(node.args) for place in places(arg))]
 
 
@@ -195,7 +194,6 @@ def apply_rules(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) ->
 
 
 def is_different(first: Node, second: Node, domain: Domain, rng: Stream) -> bool | None:
-    """Return whether two trees clearly differ at some point, or None if that is unclear."""
     symbols = find_names(first) | find_names(second)
     values = domain.sample(symbols, 200, rng)
     (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 200) for tree in (first, second))
@@ -207,7 +205,6 @@ def is_different(first: Node, second: Node, domain: Domain, rng: Stream) -> bool
 
 
 def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
-    """Yield the formulas of all families' problems, with their origins."""
     for seed in seeds:
         for family in FAMILIES:
             names = ("jacobian",) if FAMILIES[family].has_varied_structure else QUESTION_NAMES

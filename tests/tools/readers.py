@@ -317,7 +317,6 @@ def _make_answer(rng: Stream) -> Answer:
 
 
 def _replace_some(text: str, pair: Sequence[str], rng: Stream) -> str:
-    """Replace one text of a pair by the other, everywhere or in one place."""
     old, new = pair
     places = text.count(old)
     if places == 0 or rng.integer_below(2):
@@ -329,7 +328,6 @@ def _replace_some(text: str, pair: Sequence[str], rng: Stream) -> str:
 
 @cache
 def right_answers(problem: int, name: str) -> Sequence[str]:
-    """Return the right answer to a part as typed in Python and in LaTeX."""
     part = part_of(problem, name)
     texts = [part.answer.write_code(), part.answer.as_typed()]
     if isinstance(part.answer, ConditionSet):

@@ -108,7 +108,6 @@ def library_page() -> str:
 
 
 def _describe(name: str, home: str) -> LibraryName:
-    """Return the entry of a public name that is defined in the module `home`."""
     item = getattr(qdot, name)
     if not (inspect.isclass(item) or inspect.isroutine(item)):  # a constant, with a docstring below it
         source = inspect.getsource(import_module(f"qdot.{home}"))

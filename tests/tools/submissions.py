@@ -191,7 +191,6 @@ def _zip_submissions(submitted: Path) -> Path:
 
 
 def grade_random_round(hostile_class: Class, seed: str, number: int) -> tuple[str, Result]:
-    """Grade one round; its submission depends only on the seed and the round's number."""
     rng, by_command = Stream(f"submissions/{seed}/{number}"), number % COMMAND_INTERVAL == COMMAND_INTERVAL - 1
     zipped, flat = number % ZIP_INTERVAL == ZIP_INTERVAL - 1, number % FLAT_INTERVAL == FLAT_INTERVAL - 1
     return hostile_class.grade_round(lambda root, text: submit_random(root, text, rng), by_command, zipped, flat)

@@ -221,7 +221,6 @@ def release_outcomes(folder: Path) -> dict[str, str]:
 
 @pytest.fixture
 def released(folder: Path) -> Path:
-    """An assignment folder with the notebooks of its two students."""
     (folder / "assignment.toml").write_text(TOML)
     assert release_outcomes(folder) == {"s001": "written", "s002": "written"}
     return folder

@@ -68,7 +68,6 @@ class GradingRepository:
     environment: Mapping[str, str]
 
     def run(self, commands: Sequence[tuple[str, Mapping[str, str]]]) -> str:
-        """Run commands, each with its environment variables; return their output."""
         output = []
         for command, env in commands:
             process = self.machine.run(command, self.clone, **{**self.environment, **env})
@@ -77,7 +76,6 @@ class GradingRepository:
         return "".join(output)
 
     def feedback(self, student: str) -> str:
-        """Return the student's feedback from the branch `feedback`."""
         repository = self.server.bare(f"course/hw-{student}")
         assert "<html" in git("-C", repository, "show", "feedback:feedback.html")
         return git("-C", repository, "show", "feedback:README.md")
@@ -208,7 +206,6 @@ def test_workflows_satisfy_the_platforms_schema(platform: str, assignment: Assig
 
 
 def list_workflows(assignment: Assignment) -> list[Path]:
-    """Return the exported workflows for GitHub, and those of this repository."""
     return [*get_export_folder(assignment, "github").rglob("*.yml"), *(ROOT / ".github" / "workflows").glob("*.yml")]
 
 

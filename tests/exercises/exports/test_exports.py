@@ -123,7 +123,6 @@ def test_export_uses_the_requested_variation(export_request: ExportRequest, tmp_
 
 @pytest.fixture(scope="module")
 def assets(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Stand-ins for the site's scripts, which SCORM packages contain."""
     stand_in = write_stand_in_assets(tmp_path_factory.mktemp("scripts") / "dist")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scorm, "find_assets", lambda: stand_in)

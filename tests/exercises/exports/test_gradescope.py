@@ -34,7 +34,6 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 
 def lay_out_submission(assignment: Assignment, root: Path, notebook: str, /, **metadata: Any) -> Path:
-    """Create the folders that Gradescope creates for a submission: source, submission, metadata, empty results."""
     with zipfile.ZipFile(assignment.folder / "exports" / "gradescope" / "autograder.zip") as archive:
         for about in archive.infolist():
             path = Path(archive.extract(about, root / "source"))

@@ -71,7 +71,6 @@ def read_handout(assignment: Assignment, student: str) -> dict[str, Any]:
 
 
 def write_answers(assignment: Assignment, student: str, change: Callable[[list[Any], Cells], Any] | None = None) -> str:
-    """Return the handed-out notebook with correct answers; `change` may edit its cells in place."""
     notebook = read_handout(assignment, student)
     cells = {cell["id"]: cell for cell in notebook["cells"]}
     ((slot, problem),) = assignment.generate_problems(student)
@@ -120,7 +119,6 @@ class NbGrader:
         self.configured: list[str] = self._line()
 
     def step(self, name: str, *arguments: str) -> list[Any]:
-        """Run a step; return student, score, maximum and details for every graded student."""
         assert self.process.stdin is not None
         self.process.stdin.write(json.dumps([name, *arguments]) + "\n")
         self.process.stdin.flush()

@@ -108,7 +108,6 @@ def autograder(assignment: Assignment) -> Path:
 
 
 def run_otter(autograder: Path, folder: Path, submission: Path) -> Found:
-    """Return each test's score and output from `otter run` on a submission."""
     command = [require_reader("otter", "otter"), "run", "-a", str(autograder), "-o", str(folder), str(submission)]
     process = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True)
     assert process.returncode == 0, process.stderr[-2000:]

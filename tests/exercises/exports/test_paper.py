@@ -92,7 +92,6 @@ def read_pdf_text(content: str | bytes, folder: Path) -> str:
 
 
 def run_poppler(program: str, folder: Path, *options: str) -> str:
-    """Return the output of a Poppler program for the PDF that was last read in a folder."""
     *before, last = options or ("it.pdf",)
     named = [*before, "it.pdf", last] if options else [last]
     return subprocess.run([program, *named], cwd=folder, capture_output=True, text=True).stdout
@@ -310,7 +309,6 @@ HEAVY = {
 
 
 def make_exam_request(folder: Path, questions: dict[str, list[str]]) -> ExportRequest:
-    """Make a request for an exam in one version, with a problem for each family."""
     make_class(folder, CLASS)
     problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {questions[name]}\n' for name in questions)
     text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')

@@ -79,7 +79,6 @@ def items(export_request: ExportRequest) -> list[QuizItem]:
 def export_items(
     export_format: Callable[[ExportRequest], Iterator[Any]], export_request: ExportRequest, items: list[QuizItem]
 ) -> dict[str, Any]:
-    """Return the files that an export format writes for these items, by name."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(made, "make_items", lambda _: iter(items))
         files = list(export_format(export_request))

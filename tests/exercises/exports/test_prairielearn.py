@@ -114,7 +114,6 @@ class Question:
         return text
 
     def submit(self, answers: Data) -> None:
-        """Parse and, if there is no format error, grade."""
         submitted = {"submitted_answers": dict(answers), "raw_submitted_answers": dict(answers)}
         self.data |= submitted | {"format_errors": {}, "partial_scores": {}, "feedback": {}}
         self.step("parse")

@@ -47,7 +47,6 @@ class Class:
         return [json.loads(line) for line in (self.state / "calls.jsonl").read_text().splitlines()]
 
     def secrets(self) -> dict[tuple[str, str], str]:
-        """Return the values of the secrets that were set, by repository and name."""
         secret_calls = [call for call in self.calls() if call["call"][:2] == ["secret", "set"]]
         return {(call["call"][4], call["call"][2]): call["stdin"] for call in secret_calls}
 

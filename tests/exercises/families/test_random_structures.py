@@ -56,7 +56,6 @@ def test_the_same_joints_are_in_the_conditions_of_all_clean_structures_of_a_clas
 
 
 def conditions_of(structure: Structure) -> tuple[tuple[str, ...], ...]:
-    """The joints in each condition; slides that follow each other count as one."""
     chain = build_arm(structure.rows, structure.task)
     kinds = [row.kind for row in structure.rows]
     place = {q: sum(kinds[:i].count(k) for k in "R") if kinds[i] == "P" else -i for i, q in enumerate(chain.q)}

@@ -66,7 +66,6 @@ KNOWN = [*DETERMINANTS, *COMMON_ZEROS]
 
 
 def filled(text: str, chain: Chain) -> sp.Expr:
-    """Return a formula of the tables above for one arm."""
     chain = fold_tool_into_table(chain)
     values: dict[str, sp.Expr] = {"h": chain.point.offset[1]}
     for i, joint in enumerate(chain.joints, 1):

@@ -145,7 +145,6 @@ SMALL = [n for n in range(1, 2**16, ROOT_ORDER) if sp.isprime(n)]
 
 
 def choose_small_field(stream: Stream) -> Field:
-    """Choose a field from a few small primes: the sample space is so small that wrong answers are accepted."""
     prime = stream.choice(SMALL)
     root = next(
         r for k in range(2, 200)
@@ -157,7 +156,6 @@ def choose_small_field(stream: Stream) -> Field:
 
 
 def compute_acceptance_rate(student: str, trials: int) -> float:
-    """Return the share of one-point trials that accept an answer other than zero as zero."""
     theirs, ours = compile_program([parse_formula(student)]), compile_program([parse_formula("0")])
     seen = [exact.compare(theirs, ours, {}, f"trial/{k}", choose_small_field)[0].is_equal for k in range(trials)]
     return seen.count(True) / trials

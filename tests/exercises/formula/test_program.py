@@ -118,7 +118,6 @@ def compute_magnitude(text: str, **values: float) -> float:
 
 
 def compute_slope(text: str, name: str, **values: float) -> float:
-    """Return the derivative of an expression by a name, from precise differences."""
     program, step = compile_program([parse_formula(text)]), mpmath.mpf("1e-20")
     with mpmath.workdps(60):
         ends = [evaluate_precisely(program, {**values, name: values[name] + h}, 60)[0] for h in (step, -step)]

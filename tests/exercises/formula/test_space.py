@@ -33,7 +33,6 @@ def read_pieces(text: str) -> list[Piece]:
 
 
 def list_piece_joints(text: str) -> list[list[str | None]]:
-    """Return for each piece the joints with a value, and None for a condition."""
     return [[atom.joint for atom in piece] for piece in read_pieces(text)]
 
 

@@ -36,7 +36,6 @@ def make_comparison(
     student: str | list[str], reference: str | list[str], points: int = 200,
     allowed: tuple[float, float] = (0.0, 0.0), **values: list[float],
 ) -> Any:  # fmt: skip
-    """Make a comparison of two answers at the given values, or at random points."""
     theirs, ours = parse_both(student, reference)
     used = set().union(*(find_names(node) for node in theirs + ours))
     points = len(next(iter(values.values()))) if values else points

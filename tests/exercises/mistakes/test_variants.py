@@ -164,7 +164,6 @@ def led_to(base: Base, rows: list[Joint], offset: tuple[sp.Expr, ...], known: di
 
 
 def checked(arm: Chain) -> list[str]:
-    """Check every slip of the mistakes in rows on an arm, and return the names of those that there were."""
     stream, found = Stream(f"rows/{arm.name}"), []
     known = {symbol: stream.uniform(0.3, 1.7) for symbol in (*arm.parameters, *arm.q)}
     stages = compute_numeric_stages(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})

@@ -144,7 +144,6 @@ def test_staffs_answers_are_the_references(staff: Any, family: str, problems: Sl
 
 
 def list_checks(source: str) -> list[str]:
-    """Return the calls of checks in the cell with the self-checks."""
     return re.findall(r"^self_check(?:_singular)?\($.*?^\)$", source, re.MULTILINE | re.DOTALL)
 
 
@@ -230,7 +229,6 @@ SINGULAR = "Are these the singular configurations of your Jacobian?"
 
 @cache
 def _plain() -> Problem:
-    """The plain arm of Example 6.1: a1 and a2 are symbols."""
     return get_problem("planar-2r", 0, "chapter")
 
 

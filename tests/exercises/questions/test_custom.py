@@ -951,7 +951,6 @@ FUZZ_FAMILIES = ("planar-2r", "polar-rp", "elbow-3r")
 
 
 def make_random_formula(stream: Stream, depth: int = 0) -> str:
-    """Return a random formula of the question language; many are meaningless."""
     if depth > 2 or stream.integer(0, 3) == 0:
         return stream.choice(SCALARS + VECTORS)
     first, second = make_random_formula(stream, depth + 1), make_random_formula(stream, depth + 1)

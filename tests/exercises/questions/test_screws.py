@@ -173,7 +173,6 @@ def test_screw_questions_apply_to_screw_arms_only() -> None:
 
 
 def write_screw_robot(path: Path, point: str, *joints: str) -> Path:
-    """Write a robot file with screw axes: each joint is an axis, with a point on it if it is revolute."""
     rows = [joint.split(" at ") for joint in joints]
     lines = [f'kind = "{"PR"[len(row) - 1]}"\naxis = {row[0]}' for row in rows]
     points = [f"\npoint = {row[1]}" if len(row) == 2 else "" for row in rows]

@@ -132,7 +132,6 @@ def test_every_question_with_options_is_in_these_lists(family: str) -> None:
 
 
 def _iterate_parts(family: str, name: str) -> Iterator[Part]:
-    """Yield the part of problems with one question; none if the question doesn't apply to the family."""
     for seed in count():
         try:
             yield generate(ProblemId(family, seed, (name,), convention=choose_convention(ALL_QUESTIONS[name]))).parts[0]

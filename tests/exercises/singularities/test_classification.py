@@ -203,7 +203,6 @@ def zeros(arm: NumericChain, said: Statement) -> np.ndarray:
 
 
 def starts(kinds: tuple[str, ...]) -> np.ndarray:
-    """Starts other than those of qdot, and more of them."""
     stream = Stream("other starts")
     return np.array(
         [[stream.uniform(-3, 3) if kind == "R" else stream.uniform(0, 1) for kind in kinds] for _ in range(40)]

@@ -70,7 +70,6 @@ def few_pages(uncertified: None, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def ordered(site: Path, *more: str | Path) -> tuple[str | Path, ...]:
-    """Return the command that builds a site, of a variant of a family if nothing else is asked for."""
     asked = () if "--assignment" in more else ("--families", "polar-rp")
     variants = () if "--variants" in more else ("--variants", "1")
     return ("site", "build", "--out", site, *asked, *variants, "--jobs", "1", *more)

@@ -43,7 +43,6 @@ S, C = sp.sin, sp.cos
 
 
 def printed(formula: str) -> str:
-    """Return LaTeX without the braces of indices."""
     return re.sub(r"_\{(\w+)\}", r"_\1", formula)
 
 

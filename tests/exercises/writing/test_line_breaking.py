@@ -25,7 +25,6 @@ WIDE = rf"J = {ROW}, \qquad J J^T = {ROW}"
 
 @cache
 def formulas(identity: ProblemId) -> set[str]:
-    """Formulas on lines of their own in a problem with its solution, in `make whole` all of them."""
     problem = get_problem(identity.family, identity.seed)
     texts = [write(problem, part) for part in select_parts(problem) for write in (write_prompt, write_solution)]
     return {" ".join(found.split()) for text in texts for found in DISPLAY.findall(text)}
@@ -36,7 +35,6 @@ def width(latex: str) -> float:
 
 
 def symbols(latex: str) -> Counter[str]:
-    """The symbols with an index in a formula, and how often each is there."""
     return Counter(re.findall(r"[A-Za-z\\]+(?:'|\{\w\})*_\{?\w+\}?", latex))
 
 

@@ -283,7 +283,6 @@ def ctrl_c() -> Iterator[None]:
 
 
 def wait_for_end(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
-    """Return the output of a process that was stopped; kill its group if it goes on."""
     try:
         return process.communicate(timeout=60)
     finally:
@@ -293,7 +292,6 @@ def wait_for_end(process: subprocess.Popen[bytes]) -> tuple[bytes, bytes]:
 
 
 def make_large_assignment(folder: Path) -> Path:
-    """Create an assignment for more students than are generated before a test stops it."""
     run("init", folder)
     (folder / "roster.csv").write_text("student\n" + "".join(f"s{i}\n" for i in range(2000)))
     (folder / "assignment.toml").write_text(TOML)
@@ -301,7 +299,6 @@ def make_large_assignment(folder: Path) -> Path:
 
 
 def wait_for(moment: float | str, folder: Path) -> None:
-    """Wait a number of seconds, or until the first notebook is written."""
     if isinstance(moment, float | int):
         time.sleep(moment)
         return
@@ -312,7 +309,6 @@ def wait_for(moment: float | str, folder: Path) -> None:
 
 
 def assert_group_ended(group: int) -> None:
-    """Check that no process of a group is left, allowing a busy machine some seconds."""
     deadline = time.monotonic() + 5
     while left := [process for process in psutil.process_iter(["status"]) if is_alive(process, group)]:
         assert time.monotonic() < deadline, left
@@ -329,7 +325,6 @@ def test_compare_accepts_answers_that_begin_with_a_minus(texts: list[str]) -> No
 
 
 def is_alive(process: psutil.Process, group: int) -> bool:
-    """Return whether a process belongs to a group and runs; a zombie does not."""
     try:
         return os.getpgid(process.pid) == group and process.status() != psutil.STATUS_ZOMBIE
     except (OSError, psutil.Error):

@@ -35,7 +35,6 @@ def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 
 def make_answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
-    """Return the answers of a student with this mistake, as text."""
     edit, names = EDITS[kind], sorted({*problem.symbols, "theta1", "theta2", "theta3", "qd2"})
     codes = {part.name.replace("-", "_"): edit(part.answer.write_code(), part) for part in problem.parts}
     setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"

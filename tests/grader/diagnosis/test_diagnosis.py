@@ -44,7 +44,6 @@ def evaluate_reference(part: Part, values: SymbolValues) -> np.ndarray:
 
 
 def choose_questions(family: str) -> tuple[str, ...]:
-    """Return some questions of a family; together, the families cover all questions."""
     names, first = [*list_questions_of_family(family)], 3 * FAMILY_NAMES.index(family)
     return tuple(
         names[(first + k * 7) % len(names)] for k in range(LONG_ARM_COUNT if family in LONG_ARMS else QUESTION_COUNT)
@@ -68,7 +67,6 @@ CASES = [json.loads(line) for line in (DATA / "diagnoses.jsonl").read_text(encod
 
 
 def diagnose_answer(question: str, answer: str, arm: str = "Example 6.1") -> tuple[str, str]:
-    """Return the mistakes named for an answer, and the message."""
     problem = ask_question(question, CHAPTER_ARMS[arm]) if arm in CHAPTER_ARMS else generate(arm, [question])
     diagnosis = diagnose(problem, problem.parts[0], answer, "chapter")
     return ("", "") if diagnosis is None else (" and ".join(diagnosis.mistakes), diagnosis.feedback)

@@ -43,7 +43,6 @@ def make_problem(family: str, seed: int, question: str, variation: str = "zeros"
 
 
 def find_key(problem: Problem, part: Part, text: str) -> str | None:
-    """Return the group key of an answer without diagnosing it."""
     return find_group(problem, part, read_answer(problem, part, text), None, SECRET)
 
 

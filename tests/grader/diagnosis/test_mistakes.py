@@ -46,7 +46,6 @@ NAMED_SHARE = {1: select_for_suite(0.9, 0.97), 2: select_for_suite(0.2, 0.5)}
 
 @cache
 def diagnose_slip(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
-    """Return the named mistake, or else the advice."""
     slip = SLIPS[index]
     problem = generate(ProblemId.parse(slip["problem"]), [slip["part"]])
     (part,) = problem.parts
@@ -57,7 +56,6 @@ def diagnose_slip(index: int) -> tuple[Diagnosis | None, Diagnosis | None]:
 
 
 def find_diagnosis(did: str) -> Diagnosis:
-    """Return the diagnosis of the first student whose mistake is described so."""
     diagnosis, _ = diagnose_slip(next(index for index, slip in enumerate(SLIPS) if slip["did"].startswith(did)))
     assert diagnosis is not None, did
     return diagnosis

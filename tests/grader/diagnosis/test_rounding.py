@@ -50,7 +50,6 @@ def write_answer(part: Part, change: Callable[[sp.Expr], sp.Expr]) -> str:
 
 
 def diagnose_rounded(problem: Problem, part: Part, text: str, points: str = "") -> Diagnosis | None:
-    """Return the diagnosis of an answer, or None if it is judged right."""
     if judge(problem, part, text, "rounding").outcome is Outcome.CORRECT:
         return None
     return diagnose(problem, part, text, "rounding", points) or Diagnosis((), "nothing")

@@ -44,7 +44,6 @@ def released_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def assignment(released_class: Path, tmp_path: Path) -> Assignment:
-    """Return an assignment for one test; all tests share the notebooks."""
     for name in ("assignment.toml", "roster.csv", "secret.txt"):
         (tmp_path / name).write_bytes((released_class / name).read_bytes())
     for name in ("released", ".qdot"):  # the notebooks, and the problems stored for grading

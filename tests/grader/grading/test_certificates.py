@@ -62,7 +62,6 @@ def folder(released: Path, tmp_path: Path) -> Path:
 
 
 def verify_folder(folder: Path) -> tuple[int, str]:
-    """Return how many problems fail, and the output."""
     result = CliRunner().invoke(make_program(), ["verify", str(folder), "--jobs", "1"])
     counts = re.search(r"(\d+) problems? verified, (\d+) failed", result.output)
     assert counts, result.output
@@ -89,19 +88,15 @@ def find_notebook(folder: Path, student: str = "s001") -> Path:
 
 
 def edit_entry(change: dict[str, Any], student: str = "s002") -> Change:
-    """Return a change to a problem's entry in a certificate."""
     update = lambda content: content["problems"]["p2"].update(change)  # noqa: E731
     return lambda folder: change_json(find_certificate(folder, student), update)
 
 
 def edit_cells(change: Callable[[Cells], object]) -> Change:
-    """Return a change to the cells of a notebook."""
     return lambda folder: change_json(find_notebook(folder), lambda content: change(content["cells"]))
 
 
 def edit_file(name: str, change: Callable[[str], str]) -> Change:
-    """Return a change to the text of a file."""
-
     def rewrite(folder: Path) -> None:
         path = folder / name
         path.write_text(change(path.read_text(encoding="utf-8")), encoding="utf-8")

@@ -18,7 +18,6 @@ IDS = ("0012", "0013", "0014")
 
 @pytest.fixture(scope="module")
 def graded_class(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
-    """Return a class whose notebooks were released and submitted with right answers."""
     folder = tmp_path_factory.mktemp("check") / "hw"
     release_notebooks(
         make_class(folder, [Student(student, f"Name {student}") for student in IDS]), CERTIFIER, 1, lambda _: None
@@ -38,7 +37,6 @@ def write_roster(folder: Path, *ids: str) -> None:
 
 
 def run_stopped(folder: Path, *submissions: Path, command: str = "grade") -> str:
-    """Run a command that must stop and write nothing; return its message."""
     before = read_folder(folder)
     message = run_and_fail(command, folder, *submissions)
     assert read_folder(folder) == before

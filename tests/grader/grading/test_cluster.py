@@ -102,7 +102,6 @@ def read_reports(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def undisturbed(submitted_class: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """Return the reports of an ordinary run on this machine."""
     reports = grade_locally(Path(shutil.copytree(submitted_class, tmp_path_factory.mktemp("local") / "hw")))
     assert len(reports) == len(STUDENTS) + 2
     results = [json.loads(line) for line in reports["graded/results.jsonl"].decode().splitlines()]
@@ -235,7 +234,6 @@ def start_scheduler(folder: Path) -> Iterator[str]:
 
 @contextmanager
 def start_worker(address: str, folder: Path, pythonpath: Path = ROOT) -> Iterator["subprocess.Popen[bytes]"]:
-    """Run a worker in a new folder."""
     folder.mkdir()
     options = ("--nthreads", "1", "--no-nanny", "--no-dashboard", "--memory-limit", "0", "--host", "127.0.0.1")
     with run_dask("distributed.cli.dask_worker", address, *options, cwd=folder, pythonpath=pythonpath) as process:
@@ -248,7 +246,6 @@ def start_worker(address: str, folder: Path, pythonpath: Path = ROOT) -> Iterato
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Start a scheduler with two workers, and return its address."""
     folder = tmp_path_factory.mktemp("cluster")
     with (
         start_scheduler(folder) as scheduler,

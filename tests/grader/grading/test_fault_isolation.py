@@ -212,7 +212,6 @@ def make_links(submitted: Path) -> None:
 
 
 def imitate_platform(submitted: Path) -> None:
-    """Add a file to a student's folder that is named like a platform's metadata."""
     for student in ("s01", "s02"):
         (submitted / student / "hw.ipynb").rename(submitted / f"{student}.ipynb")
         (submitted / student).rmdir()

@@ -46,7 +46,6 @@ def folder(tmp_path: Path) -> Path:
 
 
 def make_marks(*points: float | None) -> NotebookMarks:
-    """Return the marks of a notebook with these points for its two parts."""
     outcomes = ["partial" if earned else "ungraded" if earned is None else "wrong" for earned in points]
     parts = tuple(
         make_part(name, outcome, most, points=earned, reason="the reason")
@@ -287,7 +286,6 @@ def released(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def submit_answers(folder: Path, released: Path, name: str, hours: float, **answers: str) -> None:
-    """Write a notebook received this many hours after the deadline; parts not in `answers` are right."""
     student = name.split("/", maxsplit=1)[0]
     text = answer_notebook(load_assignment(released), student, lambda code, part: answers.get(part.name, code))
     path, timestamp = folder / "submitted" / name, (DUE + hours * HOUR).timestamp()

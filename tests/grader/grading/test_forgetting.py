@@ -29,7 +29,6 @@ ADA = re.compile(rb"\b(?:ada|Lovelace|ada@example\.org)\b")
 
 @pytest.fixture(scope="module")
 def graded_class(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a folder with every kind of file: two runs, all tables, a report, exports."""
     assignment = make_class(tmp_path_factory.mktemp("forget") / "hw", STUDENTS)
     assignment = release_notebooks(assignment, CERTIFIER, 1, lambda _: None)
     for student in ("ada", "bo"):

@@ -37,7 +37,6 @@ def read_history(folder: Path) -> dict[str, list[dict[str, Any]]]:
 
 
 def list_changes(folder: Path) -> list[str]:
-    """Return the lines of --diff without the summary, with single spaces."""
     return [" ".join(line.split()) for line in run(folder, "--diff")[1].splitlines()[:-1]]
 
 

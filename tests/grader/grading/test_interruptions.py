@@ -71,14 +71,12 @@ def start_run(folder: Path, jobs: int = 2) -> "subprocess.Popen[str]":
 
 
 def finish_run(folder: Path, code: int = 0) -> str:
-    """Run the command to its end, and return its messages."""
     result = CliRunner().invoke(app, ["grade", str(folder), "--jobs", "1"])
     assert result.exit_code == code, result.stderr
     return result.stderr
 
 
 def read_reports(folder: Path) -> dict[str, bytes]:
-    """Return the bytes of the reports and feedback pages."""
     graded = folder / "graded"
     return {name: (graded / name).read_bytes() for name in REPORTS} | {
         path.name: path.read_bytes() for path in (graded / "feedback").iterdir()
@@ -87,7 +85,6 @@ def read_reports(folder: Path) -> dict[str, bytes]:
 
 @pytest.fixture(scope="module")
 def graded_once(submitted_class: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the class graded by an undisturbed run."""
     folder = copy_folder(submitted_class, tmp_path_factory.mktemp("undisturbed") / "hw")
     assert finish_run(folder) == TRUNCATED_MESSAGE
     return folder
@@ -113,7 +110,6 @@ def folder(submitted_class: Path, tmp_path: Path) -> Path:
 
 
 def assert_files_complete(folder: Path) -> None:
-    """Check that no file is half written."""
     graded = folder / "graded"
     for path in find_stored_marks(folder):
         assert set(json.loads(path.read_text())) == {"key", "marked"}
@@ -153,7 +149,6 @@ def choose_moment(rng: random.Random) -> tuple[float, int]:
 
 
 def kill_run(process: "subprocess.Popen[str]") -> bool:
-    """Kill a run with all its processes, and return whether it was still running."""
     at_work = process.poll() is None
     if at_work:
         os.killpg(process.pid, signal.SIGKILL)

@@ -64,7 +64,6 @@ def is_odd(seed: int) -> bool:
 
 
 def list_seeds(assignment: Assignment, student: str) -> list[int]:
-    """Return all seeds that p2 can have for a student."""
     return [assignment.slots[1].make_problem_id(assignment.secret, student, n).seed for n in range(1, MAX_SEEDS + 1)]
 
 
@@ -77,7 +76,6 @@ def generate(folder: Path) -> str:
 
 
 def run_incomplete(folder: Path, *command: str) -> str:
-    """Run a command that leaves a student out, and return its messages."""
     result = runner.invoke(app, [*command[:1], str(folder), *command[1:], "--jobs", "1"])
     assert result.exit_code == 2
     return result.stderr

@@ -49,7 +49,6 @@ def set_platform(server: Server, platform: str, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.fixture
 def github(server: Server, monkeypatch: pytest.MonkeyPatch) -> Server:
-    """Return the server, which the environment presents as GitHub."""
     set_platform(server, "github", monkeypatch)
     return server
 

@@ -40,12 +40,10 @@ SEED = "forms"
 
 
 def problem() -> Problem:
-    """Return the chapter's planar arm."""
     return get_problem("planar-2r", 0, "chapter")
 
 
 def part_of(form: Mapping[str, Any]) -> Part:
-    """Return the part that a form answers, with the form's right answer."""
     part = problem()[form["part"]]
     answer = part.answer
     if "right" in form and isinstance(answer, Number):
@@ -96,7 +94,6 @@ def run_in_notebook(sandbox: Sandbox, forms: list[dict[str, Any]]) -> list[Typed
 
 
 def judge_typed(answer: TypedAnswer, number: int) -> tuple[str, str]:
-    """Return a form's outcome and message."""
     if answer.text is None:
         return ("stopped" if answer.form["gets"] == "stopped" else "unreadable"), answer.failure
     parsed = answer.parsed

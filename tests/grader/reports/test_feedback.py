@@ -110,7 +110,6 @@ def write_right_answer(problem: Problem, name: str) -> str:
 
 
 def make_result(assignment: Assignment, answers: Answers = lambda slot, part, code: code) -> Result:
-    """Return the result of a student with these answers, without running a notebook."""
     problems = list[ProblemResult]()
     for slot, problem in assignment.generate_problems("s1"):
         names = [part.name for part in problem.parts]
@@ -139,7 +138,6 @@ def choose_answer(slot: str, part: str, code: str) -> str | None:
 
 @pytest.fixture(scope="module")
 def mixed_result(assignment: Assignment) -> Result:
-    """Return a result with every outcome, and with a part that follows from a wrong one."""
     result = make_result(assignment, choose_answer)
     reason = "qdot failed on this answer (E: <x>)"
     result = change_part(result, "p2.rank", outcome=Outcome.UNGRADED, points=None, reason=reason)

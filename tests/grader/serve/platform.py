@@ -85,7 +85,6 @@ class Platform:
         return {**data, "nonce": parse_qs(urlsplit(data["url"]).query)["nonce"][0]}
 
     def sign(self, claims: Json, key: JWK | None = None, **header: str) -> str:
-        """Return a signed message."""
         key = key or self.keys[-1]
         pem = key.export_to_pem(private_key=True, password=None)
         return jwt.encode(claims, pem, algorithm="RS256", headers={"kid": key.get("kid"), **header})
@@ -97,7 +96,6 @@ class Platform:
         return client.post("/lti/launch", {"state": login["state"], "id_token": (sign or self.sign)(message)})
 
     def register(self) -> None:
-        """Register this platform with qdot, as its operator does by hand."""
         urls = {"auth_url": f"{self.site}/auth", "token_url": f"{self.site}/token", "keyset_url": f"{self.site}/keys"}
         LtiRegistration.objects.create(name=self.site, issuer=self.issuer, client_id=self.client_id, **urls)
 
@@ -162,17 +160,14 @@ class Platform:
         assert claims["iss"] == self.client_id
 
     def list_points(self) -> list[tuple[str, float | None]]:
-        """Return the people and points that the gradebook was sent, in order."""
         return [(score["userId"], score.get("scoreGiven")) for score in self.scores]
 
 
 def make_key(name: str) -> JWK:
-    """Return a new key of a platform."""
     return JWK.generate(kty="RSA", size=2048, kid=name)
 
 
 def make_public(key: JWK) -> Json:
-    """Return the public part of a key."""
     public: Json = {**json.loads(key.export_public()), "alg": "RS256", "use": "sig"}
     return public
 

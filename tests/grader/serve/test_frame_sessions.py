@@ -26,7 +26,6 @@ def find_key(browser: Browser) -> str:
 
 @pytest.fixture
 def key(service: Service) -> str:
-    """Return the key of a student's session."""
     return find_key(service.open_browser("s001"))
 
 

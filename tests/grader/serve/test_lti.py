@@ -578,7 +578,6 @@ def test_a_class_list_that_can_t_be_read_changes_nothing(platform: Platform) -> 
 
 
 def _set_points(user: str, points: float, part: str = "") -> None:
-    """Set a student's points as a member of staff does."""
     person = Person.objects.get(lti_user__sub=user)
     row: dict[str, Any] = {"classroom": person.classroom, "assignment": "velocity", "person": person, "part": part}
     PointsOverride.objects.update_or_create(**row, defaults={"points": points})
@@ -587,7 +586,6 @@ def _set_points(user: str, points: float, part: str = "") -> None:
 
 @pytest.fixture
 def course(platform: Platform) -> Platform:
-    """A course whose teacher and two students have been there."""
     platform.launch(Client(), user="grace", role="Instructor")
     for user in ("ada", "henri"):
         platform.launch(Client(), user=user)

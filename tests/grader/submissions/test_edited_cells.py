@@ -242,7 +242,6 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 @pytest.fixture(scope="module")
 def results(assignment: Assignment) -> dict[str, Result]:
-    """Return the results of a class with a student for each case and an honest one."""
     for student, (change, *_) in zip(STUDENTS, CASES.values(), strict=False):
         submit(assignment, f"{student.id}.ipynb", make_correct_notebook(assignment, student.id, change))
     submit(assignment, f"{STUDENTS[-1].id}.ipynb", make_correct_notebook(assignment, STUDENTS[-1].id))
@@ -264,7 +263,6 @@ def test_every_answer_is_found(results: dict[str, Result], case: str) -> None:
 
 
 def has_words(texts: Iterable[str], words: str) -> bool:
-    """Return whether one text contains all words."""
     return any(all(word in text for word in words.split()) for text in texts)
 
 

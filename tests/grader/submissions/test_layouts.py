@@ -37,7 +37,6 @@ def assignment(tmp_path: Path) -> Assignment:
 
 
 def find_owners(assignment: Assignment, *paths: str) -> tuple[dict[str, list[str]], list[str], list[str]]:
-    """Submit files; return those of each student, the names not on the roster, and the uncertain owners."""
     for path in paths:
         submit(assignment, path, "{}")
     submissions = find_submissions(assignment, assignment.folder / "submitted")

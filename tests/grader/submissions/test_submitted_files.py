@@ -49,8 +49,6 @@ Case = tuple[Submit, list[str], str]
 
 
 def submit_file(name: str, content: Callable[[str], str | bytes]) -> Submit:
-    """Return a function that submits one file made from the text of the right notebook."""
-
     def submit_for(assignment: Assignment, student: str) -> None:
         submit(assignment, f"{student}/{name}", content(make_correct_notebook(assignment, student)))
 
@@ -58,7 +56,6 @@ def submit_file(name: str, content: Callable[[str], str | bytes]) -> Submit:
 
 
 def with_keys(**keys: Any) -> Callable[[str], str]:
-    """Return the notebook with other top-level keys; None removes one."""
     return lambda text: json.dumps({k: v for k, v in {**json.loads(text), **keys}.items() if v is not None})
 
 
@@ -178,12 +175,10 @@ def gz_bomb(_: str) -> bytes:
 
 
 def zip_bomb(_: str) -> bytes:
-    """Return a small zip that unpacks to 300 MB."""
     return make_zip(("hw.ipynb", bytes(300_000_000)))
 
 
 def patch_headers(archive: bytes, directory: int, local: int, field: bytes) -> bytes:
-    """Change a field of both headers of a zip's only member."""
     changed = bytearray(archive)
     for signature, offset in ((b"PK\1\2", directory), (b"PK\3\4", local)):
         start = changed.index(signature) + offset
@@ -192,7 +187,6 @@ def patch_headers(archive: bytes, directory: int, local: int, field: bytes) -> b
 
 
 def lying_zip(_: str) -> bytes:
-    """Return a zip whose headers claim that its notebook has ten bytes."""
     return patch_headers(make_zip((HW, "{" + " " * 5_000_000 + "}")), 24, 22, (10).to_bytes(4, "little"))
 
 
