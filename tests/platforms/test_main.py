@@ -1,6 +1,5 @@
 """The command of `make platforms`: which copy of a program it uses, what failures it reports, and its stored records."""
 
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -10,13 +9,8 @@ import pytest
 import tests.platforms.__main__ as command
 from qdot.exercises.exports.registry import EXPORT_FORMATS
 from tests.platforms import INSTALLED, PLATFORMS
-from tests.platforms.gradescope import _copy_certificates
-from tests.platforms.notebooks import KEY, RIGHT, make_class_assignment
-from tests.platforms.prairielearn import _check_imports
 from tests.platforms.records import FOLDER, Count, Record, load_records
-from tests.platforms.repositories import PushedClass, count_marks
 from tests.support import ROOT
-from tests.support.git_server import serve_repositories
 
 
 def test_other_platforms_run_if_one_fails_and_only_completed_runs_are_recorded(
@@ -71,30 +65,3 @@ def test_each_record_belongs_to_a_platform_and_every_failed_check_is_excused() -
         assert name in PLATFORMS and record.export_format in {"generate", "serve", *EXPORT_FORMATS}
         assert record.software and record.counts
         assert [check for check, count in record.counts.items() if not count.all_passed_or_excused] == []
-
-
-@pytest.mark.whole
-def test_modules_that_prairielearns_python_cannot_import_are_an_error() -> None:
-    _check_imports(Path(sys.executable), "qdot.grader.marking.marking")
-    with pytest.raises(subprocess.CalledProcessError):
-        _check_imports(Path(sys.executable), "qdot.grader.marking.marking", "prairielearn.that.is.not.here")
-
-
-def test_the_error_for_a_job_without_marks_contains_its_log(tmp_path: Path) -> None:
-    assignment = make_class_assignment(tmp_path / KEY, (RIGHT,))
-    with serve_repositories(tmp_path / "server") as server:
-        pushed_class = PushedClass(assignment, tmp_path, server, tmp_path)
-        with pytest.raises(RuntimeError, match="rsync: command not found"):
-            count_marks(pushed_class, tmp_path / "graded", "bash: rsync: command not found")
-
-
-def test_gradescopes_container_uses_the_certificates_of_pip_on_this_machine(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.delenv("PIP_CERT", raising=False)
-    assert _copy_certificates(tmp_path) == {}
-    (tmp_path / "etc").mkdir()
-    (tmp_path / "proxy.pem").write_text("of a proxy")
-    monkeypatch.setenv("PIP_CERT", str(tmp_path / "proxy.pem"))
-    (inside,) = _copy_certificates(tmp_path).values()
-    assert (tmp_path / inside.lstrip("/")).read_text() == "of a proxy"

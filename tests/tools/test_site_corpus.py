@@ -1,6 +1,8 @@
 """The files with Python's results for the site's tests are up to date."""
 
 import json
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -45,18 +47,16 @@ def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
         assert outcome == list(judge_answer(problem, name, text)), REWRITE_HINT
 
 
-@pytest.mark.whole
-def test_forms_for_the_site_are_up_to_date() -> None:
-    assert FORMS.read_text(encoding="utf-8") == forms_text(), REWRITE_HINT
-
-
-def test_the_notebook_for_the_site_is_up_to_date() -> None:
-    assert NOTEBOOK.read_text(encoding="utf-8") == notebook_text(), REWRITE_HINT
-
-
-@pytest.mark.whole
-def test_slips_for_the_site_are_up_to_date() -> None:
-    assert SLIPS.read_text(encoding="utf-8") == slips_text(), REWRITE_HINT
+@pytest.mark.parametrize(
+    ("path", "make_text"),
+    [
+        (NOTEBOOK, notebook_text),
+        pytest.param(FORMS, forms_text, marks=pytest.mark.whole),
+        pytest.param(SLIPS, slips_text, marks=pytest.mark.whole),
+    ],
+)
+def test_a_file_for_the_site_is_up_to_date(path: Path, make_text: Callable[[], str]) -> None:
+    assert path.read_text(encoding="utf-8") == make_text(), REWRITE_HINT
 
 
 @pytest.mark.whole
