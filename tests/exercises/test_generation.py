@@ -185,7 +185,7 @@ def test_a_students_problem_depends_on_that_student_and_the_secret_alone() -> No
 def test_a_class_has_different_answers(family: str) -> None:
     """No two students share all answers; each question has many answers; the right option has any letter.
 
-    In a small class letters are counted over all questions; test_concepts and test_rank count those of each.
+    In a small class letters are counted over all questions; test_concepts and test_questions count those of each.
     """
     problem_id = ProblemId(family, 0, variation="full")
     ids = (make_student_problem_id(SECRET, f"student{i}", "p1", problem_id) for i in range(STUDENTS))

@@ -22,7 +22,7 @@ BLOCKS = re.findall(r"^( *)```toml\n(.*?)^ *```", README, re.MULTILINE | re.DOTA
 
 def list_commands() -> list[list[str]]:
     lines = re.findall(r"^    (qdot [^#\n]*)", README, re.MULTILINE)
-    return [line.split()[1:] for line in lines if line.split() != ["qdot", "demo"]]  # tested in test_demo.py
+    return [line.split()[1:] for line in lines if line.split() != ["qdot", "demo"]]  # tested in test_overview.py
 
 
 def shorten(command: list[str]) -> list[str]:

@@ -94,7 +94,7 @@ EXAMPLES = (
     "exercises/short_questions/test_quizzes.py::test_what_an_id_is_asked_has_not_changed",
     "exercises/verify/test_verify.py::test_every_reference_passes", "exercises/writing/test_problem_texts.py",
     "exercises/writing/test_languages.py",
-    "exercises/exports/test_exports.py::test_every_export_format_writes_the_same_files_twice",
+    "exercises/exports/test_items.py::test_every_export_format_writes_the_same_files_twice",
     "grader/judging/test_formulas.py", "grader/grading/test_full_marks.py",
     "grader/reports/test_reports.py::test_junit",
     "grader/sandbox/test_sandbox.py::test_values_come_out_as_text",

@@ -36,7 +36,7 @@ BY_SHORT_QUESTIONS = {
     "motion-reversed", "joint-without-effect", "column-of-other-joint", "components-added", "component-alone",
     "speed-squared",
 }  # fmt: skip
-"""Mistakes in the answers to short questions: test_concepts.py and test_site_bank.py have them."""
+"""Mistakes in the answers to short questions: test_concepts.py and test_site.py have them."""
 IN_NUMBERS = {"direction-that-moves", "null-vector-of-jacobian"}
 """Mistakes about a direction, which are worked out at a configuration, and tested by themselves below."""
 IN_OWN_FORMULAS = FORMULA_VARIANTS.keys()

@@ -1,4 +1,4 @@
-"""The overviews of families and of ready-made sets; a set gets harder and its solutions get full marks."""
+"""Commands on the machine and on everything that there is: the demonstration, doctor, families, questions and robots."""
 
 import json
 import re
@@ -6,9 +6,7 @@ import shutil
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-
 import pytest
-
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
@@ -25,7 +23,13 @@ from qdot.grader.cli.main import app
 from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families_by_heading
 from tests.support.command import run, run_and_fail, runner
 from tests.support.suites import select_for_suite
-
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
+from qdot.exercises.problem.problem import Problem
+from qdot.grader.cli.demo import EDITS, SECRET
+from qdot.grader.marking.marking import mark
+from qdot.grader.sandbox.sandbox import Sandbox
+from qdot.grader.sandbox import guarantees
 
 def test_the_overview_lists_every_family_once_under_its_kind() -> None:
     text = describe_families()
@@ -143,3 +147,138 @@ def test_sets_are_listed_and_an_unknown_set_is_an_error() -> None:
     assert listing.startswith(DEFAULT_SET)
     assert "'quizz' (did you mean 'quiz'?)" in run_and_fail("init", "x", "--set", "quizz")
     assert "give the folder" in run_and_fail("init")
+
+
+MISTAKES = {
+    "wrong sign throughout": {
+        "sign", "determinant-sign", "determinant-plus",  # may give the same joint rates for 2 × 2 matrices
+        "singular-taken-for-regular", "regular-taken-for-singular",  # the student answers every choice with A
+        "arm-reversed",  # the same
+    },
+    "relative for absolute angles": {"relative-angle", "all-relative-angles", "relative-throughout"},
+    "matrices transposed": {"transposed"},
+    "joint 2 forgotten": {"joint-left-out"},
+    "degrees for radians": {"angles-in-degrees", "rates-in-degrees"},
+    "only the first condition": {"one-root-only", "shoulder-missed", "condition-missed"},
+}  # fmt: skip
+STUDENTS = ("s003", "s004", "s005", "s006", "s007", "s008")
+
+
+@pytest.fixture(scope="module")
+def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
+    folder = tmp_path_factory.mktemp("demo") / "hw"
+    init_assignment(folder, "T", "velocity", [Student(name) for name in STUDENTS], SECRET)
+    return load_assignment(folder)
+
+
+def make_answers(sandbox: Sandbox, problem: Problem, kind: str) -> dict[str, str]:
+    edit, names = EDITS[kind], sorted({*problem.symbols, "theta1", "theta2", "theta3", "qd2"})
+    codes = {part.name.replace("-", "_"): edit(part.answer.write_code(), part) for part in problem.parts}
+    setup = f"from sympy import *\n{', '.join(names)} = symbols('{' '.join(names)}')"
+    run = sandbox.run([setup, *(f"{name} = {code}" for name, code in codes.items())], list(codes))
+    assert not run.cell_errors, run.cell_errors
+    return {part.name: run.answers[part.name.replace("-", "_")] for part in problem.parts}
+
+
+@pytest.mark.parametrize("kind", select_for_suite(["degrees for radians", "joint 2 forgotten"], list(MISTAKES)))
+def test_planted_mistakes_are_diagnosed(kind: str, demonstration: Assignment, sandbox: Sandbox, tmp_path: Path) -> None:
+    named: set[str] = set()
+    for student in STUDENTS[: select_for_suite(1, 3)]:
+        for slot, problem in demonstration.generate_problems(student):
+            verdicts = mark(problem, make_answers(sandbox, problem, kind), secret=SECRET, functions_seed=slot)
+            diagnoses = [verdict.diagnosis for verdict in verdicts if verdict.diagnosis and verdict.diagnosis.mistakes]
+            named |= {name for diagnosis in diagnoses for name in diagnosis.mistakes}
+            wrong = [verdict for verdict in verdicts if verdict.judgement.share < 1]
+            assert not wrong or diagnoses, (problem.id, [verdict.judgement.reason for verdict in wrong])
+    assert named and named <= MISTAKES[kind], named
+
+
+MISSING_MEASURES = ("namespaces", "landlock", "seccomp")
+TOML = 'title = "T"\nkey = "hw"\n{}[[problem]]\nfamily = "polar-rp"\nquestions = ["position"]\n'
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    folder = tmp_path / "hw"
+    run("init", folder, "--key", "hw")
+    (folder / "assignment.toml").write_text(TOML.format(""))
+    run("generate", folder, "--jobs", "1")
+    return folder
+
+
+@pytest.fixture
+def weak_machine(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pretend that the machine has neither namespaces nor Landlock nor seccomp."""
+    findings = guarantees.probe(MISSING_MEASURES, quick=True)
+    monkeypatch.setattr(guarantees, "probe", lambda **_: findings)
+
+
+def test_doctor_lists_every_guarantee() -> None:
+    result = runner.invoke(app, ["doctor"])
+    assert result.exit_code == 0
+    for name in guarantees.PROMISES:
+        assert f"\n{name} " in result.stdout
+    report = json.loads(runner.invoke(app, ["doctor", "--json"]).stdout)
+    assert {"python", "sympy", "numpy", "qdot", "cores", "strict", "guarantees", "lacking"} <= report.keys()
+    assert [guarantee["name"] for guarantee in report["guarantees"]] == list(guarantees.PROMISES)
+    assert report["strict"] == ({each["by"] for each in report["guarantees"]} == {guarantees.ENFORCED_BY_KERNEL})
+    can = "can" if report["strict"] else "can't"
+    assert f'this machine {can} use sandbox = "strict"' in result.stdout
+
+
+def test_doctor_says_what_is_missing_and_how_to_get_it(weak_machine: None) -> None:
+    result = runner.invoke(app, ["doctor"])
+    assert result.exit_code == 0
+    for words in (
+        "watched in Python only", "namespaces: not available", "Allow user namespaces", "this machine can't use",
+    ):  # fmt: skip
+        assert words in result.stdout
+
+
+def test_strict_runs_nothing_on_a_weak_machine(folder: Path, weak_machine: None) -> None:
+    (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))
+    result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
+    assert result.exit_code == 2
+    (line,) = result.stderr.splitlines()
+    assert 'requires sandbox = "strict"' in line and "files: watched in Python only" in line
+    assert "Allow user namespaces" in line and line.endswith("nothing was run")
+    assert not (folder / "graded").exists()
+
+
+def test_best_warns_in_one_line_and_grades(folder: Path, weak_machine: None) -> None:
+    result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
+    assert result.exit_code == 0
+    lines = [line for line in result.stderr.splitlines() if "sandbox" in line]
+    assert len(lines) == 1 and "network: watched in Python only" in lines[0]
+
+
+@pytest.mark.whole
+def test_strict_grades_if_the_machine_can_enforce_it(folder: Path) -> None:
+    before = load_assignment(folder)
+    (folder / "assignment.toml").write_text(TOML.format('sandbox = "strict"\n'))
+    after = load_assignment(folder)
+    assert (after.sandbox, before.sandbox) == ("strict", "best")
+    assert (after.problems_digest, after.notebook_digest, after.marking_digest) == (
+        before.problems_digest,
+        before.notebook_digest,
+        before.marking_digest,
+    )
+    result = runner.invoke(app, ["grade", str(folder), str(folder / "solutions"), "--jobs", "1"])
+    if guarantees.probe().is_strict:
+        assert result.exit_code == 0 and "2 graded; mean 100.0 %" in result.stdout
+    else:
+        assert result.exit_code == 2
+
+
+def test_an_unknown_level_is_an_error_with_its_line(folder: Path) -> None:
+    (folder / "assignment.toml").write_text(TOML.format('sandbox = "Strict"\n'))
+    assert 'assignment.toml: line 3: sandbox = "Strict": ' in run_and_fail("grade", folder)
+
+
+@pytest.mark.parametrize("without", [{"seccomp"}, {"limits"}, {"privileges"}, {"namespaces", "landlock"}])
+def test_a_strict_sandbox_that_starts_with_less_runs_nothing(without: set[str]) -> None:
+    with (
+        Sandbox(disabled_measures=without, load_libraries=False, strict=True) as sandbox,
+        pytest.raises(QdotError, match="isolated strictly"),
+    ):
+        sandbox.run(["a = 1"], ["a"])

@@ -1,12 +1,17 @@
-"""Jupyter habits in the sandboxed process: display code does nothing, and the rest of the notebook counts."""
+"""What a notebook's session gives: values as text, IPython's habits, and stand-ins for plots and input."""
 
 import json
 from typing import Any
-
 import pytest
-
 from qdot.grader.sandbox.sandbox import Run, Sandbox
 from tests.support import DATA
+import numpy as np
+import sympy as sp
+from qdot.grader.sandbox.notebook_process.answer_formatting import format_value
+import time
+from qdot.grader.sandbox.notebook_process.ipython import NON_PYTHON_MAGICS, translate_to_python
+from tests.support import ROOT
+from tests.support.suites import sample_for_suite
 
 JUPYTER = json.loads((DATA / "jupyter_cells.json").read_text(encoding="utf-8"))
 SETUP = "from sympy import Matrix, Symbol, sin\ntheta1 = Symbol('theta1')"
@@ -96,3 +101,86 @@ def test_stand_ins_and_magics_are_no_way_out_of_the_sandbox(sandbox: Sandbox) ->
     assert result.answers == {"a": "False"} and sorted(result.cell_errors) == [2, 3]
     assert all("may not open" in error for error in result.cell_errors.values())
     assert "nothing is displayed when a notebook is graded" in result.unreadable_reasons["b"]
+
+
+X, Y = sp.symbols("x y")
+VALUES = [
+    (sp.Poly(X**2 + Y, X), "x**2 + y"), (sp.sinc(X), "sin(x)/x"), (sp.Point(1, X), "[1, x]"),
+    (sp.Derivative(X**2, X), "2*x"), (sp.Determinant(sp.Matrix([[X, 1], [Y, 2]])), "2*x - y"),
+    (sp.Eq(sp.Matrix([X, Y]), sp.Matrix([1, 2])), "[Eq(x, 1), Eq(y, 2)]"),
+    (np.array([[1.5, 0], [0, 2]]), "[[1.5, 0.0], [0.0, 2.0]]"),
+    (sp.ImmutableDenseNDimArray([X, 1]), "[x, 1]"), ("a1*s1", "a1*s1"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("value", "text"), VALUES)
+def test_values_are_formatted_as_typed_text(value: Any, text: str) -> None:
+    assert format_value(value) == text
+
+
+def test_a_matrix_symbol_is_rejected() -> None:
+    with pytest.raises(TypeError, match="a MatrixSymbol has no entries"):
+        format_value(sp.MatrixSymbol("J", 2, 2))
+
+
+CELLS = [
+    "files = !ls", "a, b = !ls", "a[0] = !ls", "!ls -l | grep x", "!!ls", "sin?", "sin??", "a.b.c?", "x[0]?", "θ?",
+    "?sin", "??sin", "*int*?", "%matplotlib inline", "%pip install scipy", "a = %timeit -o 1+1",
+    "x = 5\nif x:\n    %matplotlib inline\n    y = 1", "for i in [1]:\n    !ls {i}\n",
+    "def f():\n    return 1\n\nf?", "x = 1; y = 2\n%who", "x = a % b\n!ls", "x = [\n 1,\n # why?\n 2]\n%who",
+    "  # c\nif 1:\n  %who\n  y = 1", "%load_ext autoreload\n%autoreload 2", "%%writefile helper.py\nimport x\n!a\n",
+    "%%bash\nls", "\n\n%%html\n<b>", ">>> x = 1\n>>> y = 2", "In [1]: x = 1\nIn [2]: y = 2", "    x = 1\n    y = 2",
+    "await f()",
+]  # fmt: skip
+PYTHON = [
+    "x = (5\n%3)", 's = """\n%matplotlib inline\n!ls\nwhat?\n"""', "x = 5 # what?", "# why?\nx = 1", "print('a?')",
+    "x = 1 \\\n  % 2", "  # c\nif 1:\n  y = 1", "", "\n", "!=".join("ab"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("cell", [*CELLS, *PYTHON])
+def test_translation_agrees_with_ipython_and_leaves_python_unchanged(cell: str) -> None:
+    from IPython.core.inputtransformer2 import TransformerManager
+
+    expected = TransformerManager().transform_cell(cell)  # type: ignore[no-untyped-call]
+    assert translate_to_python(cell).strip("\n") == expected.strip("\n")
+    assert translate_to_python(translate_to_python(cell)) == translate_to_python(cell)
+    assert cell not in PYTHON or translate_to_python(cell) == cell
+
+
+def test_this_projects_own_code_is_unchanged() -> None:
+    paths = sample_for_suite(
+        sorted(path for name in ("exercises", "grader", "tests") for path in (ROOT / name).rglob("*.py")), 60
+    )
+    assert len(paths) > 50
+    assert [path for path in paths if translate_to_python(text := path.read_text(encoding="utf-8")) != text] == []
+
+
+@pytest.mark.parametrize(
+    "cell", ["a = 1\n!pip install \\\n  x\nb = 2", "%time a = 1\n?b\nb = 2\n\n%who", "%%time\n%a\nb = 2"]
+)
+def test_translation_keeps_line_numbers(cell: str) -> None:
+    """The grader reports lines of the submitted cell."""
+    before, after = cell.split("\n"), translate_to_python(cell).split("\n")
+    assert len(before) == len(after)
+    assert before.index("b = 2") == after.index("b = 2")
+
+
+def test_the_body_of_a_cell_magic_runs_if_it_is_python() -> None:
+    assert translate_to_python("%%time\nx = 1\n%who") == "pass\nx = 1\nget_ipython().run_line_magic('who', '')"
+    assert translate_to_python("%%time\n%%capture out\nx = 1") == "pass\npass\nx = 1"
+    for name in NON_PYTHON_MAGICS:
+        assert translate_to_python(f"%%{name}\nx = 1") == f"get_ipython().run_cell_magic({name!r}, '', 'x = 1\\n')"
+    assert translate_to_python("%time x = 1\n  %time") == "x = 1\n  pass"
+
+
+@pytest.mark.parametrize(
+    "cell",
+    ["(\n", "\n", "'''\n", "!", "=\t", "a?", " ", "%x\n", "if 1:\n", "x = \\\n", "*", "a" * 10 + "!?\n", "%%time\n"],
+)
+def test_hostile_cells_are_translated_in_linear_time(cell: str) -> None:
+    """Translate cells of 30,000 characters that could make a careless parser quadratic."""
+    start, repeated = time.process_time(), cell * (30_000 // len(cell))
+    for hostile in (repeated, f"!x\n{repeated}", f"sin?\n{cell * 10_000}?"):
+        translate_to_python(hostile)
+    assert time.process_time() - start < 6
