@@ -37,9 +37,9 @@ from qdot.exercises.singularities.difficulty import (
     rate_difficulty,
     rate_difficulty_band,
 )
+from tests.support import read_cases
 from tests.support.problems import get_problem, sample_parts
 from tests.support.suites import on_families, select_for_suite
-from tests.support import read_cases
 
 STUDENTS = select_for_suite(6, 30)
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")

@@ -1,6 +1,6 @@
 """The README's pictures of a student's feedback page and of the site: `python -m tests.platforms.pictures`.
 
-It needs Chromium, and Playwright and Pillow in qdot's environment. The other pictures in docs/pictures/ were taken by hand.
+It needs Chromium, and Playwright and Pillow in qdot's environment. All other pictures of docs/ were taken by hand.
 """
 
 import functools

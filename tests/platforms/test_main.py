@@ -1,4 +1,4 @@
-"""The command of `make platforms`: which copy of a program it uses, what failures it reports, and its stored records."""
+"""The command of `make platforms`: which copy of a program it uses, what failures it reports, and stored records."""
 
 import sys
 from pathlib import Path

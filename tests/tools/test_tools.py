@@ -1,29 +1,25 @@
-"""Short runs of the programs that look for errors, their former finds, and the files that programs write for the site."""
+"""Short runs of the programs that look for errors, their former finds, and the files that they write for the site."""
 
-import pytest
-from qdot.exercises.common.stream import Stream
-from tests.support.suites import sample_for_suite, select_for_suite
-from tests.tools.fuzz import TARGETS, TOKENS, Find, check_text, load_seed_texts, mutate
+import json
 from collections import Counter
-from qdot.exercises.formula.equality import Domain
-from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.trees import format_tree
-from tests.support.suites import select_for_suite
-from tests.tools.pairs import MUTATIONS, REWRITINGS, Rule, apply_rules, is_different, verdicts
-from tests.tools.readers import Query, find_differences, make_query
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
 import sympy as sp
+
 from qdot.exercises.arm.chain import Chain, Joint
+from qdot.exercises.common.stream import Stream
 from qdot.exercises.robots.robot_file import Robot
 from qdot.exercises.singularities.singular_set import Component
+from tests.support.suites import sample_for_suite, select_for_suite
 from tests.tools import arms as tool
-from tests.tools.arms import arm, arms, check_arm
-import json
-from collections.abc import Callable
-from pathlib import Path
-import numpy as np
-from tests.tools.fuzz import SYMBOL_SETS
-from tests.tools.readers import judge_answer, make_stored_query, tree_text
+from tests.tools.arms import arm, check_arm
+from tests.tools.fuzz import SYMBOL_SETS, TARGETS, TOKENS, Find, check_text, load_seed_texts, mutate
+from tests.tools.pairs import verdicts
+from tests.tools.readers import find_differences, judge_answer, make_query, make_stored_query, tree_text
 from tests.tools.site_arms import TARGET as ARMS
 from tests.tools.site_arms import arms_text
 from tests.tools.site_corpus import (

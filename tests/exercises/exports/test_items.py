@@ -2,17 +2,25 @@
 
 import random
 import re
-from collections.abc import Callable, Sequence
+import stat
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
+
 import numpy as np
 import pytest
+
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student, load_assignment
+from qdot.exercises.common.console import ProgressCounter
 from qdot.exercises.common.errors import QdotError
+from qdot.exercises.exports import scorm
+from qdot.exercises.exports.assignment_files import read_assignment_files
+from qdot.exercises.exports.bank import convert_bank, iterate_bank
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.items import (
     ChoiceForm,
@@ -25,34 +33,26 @@ from qdot.exercises.exports.items import (
 )
 from qdot.exercises.exports.numeric_part import NumericPart, ask_in_numbers
 from qdot.exercises.exports.platform_markup import Picture, format_decimal, format_tolerance
+from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.typed_numbers import list_accepted_texts, make_number_pattern
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
+from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions.results import comes_from_stages
 from qdot.exercises.reference_answers import Number
-from qdot.exercises.verify.numeric_model import compute_exponential_jacobian
-from tests.support.problems import get_problem
-from tests.support.submitting import make_class
-from tests.support.suites import select_for_suite
-import stat
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from qdot.exercises.common.console import ProgressCounter
-from qdot.exercises.exports import scorm
-from qdot.exercises.exports.assignment_files import read_assignment_files
-from qdot.exercises.exports.bank import convert_bank, iterate_bank
-from qdot.exercises.exports.registry import EXPORT_FORMATS
-from qdot.exercises.problem.problem import Problem
-from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.robots.library import ROBOT_FOLDER
 from qdot.exercises.verify.certificate import certify
+from qdot.exercises.verify.numeric_model import compute_exponential_jacobian
 from qdot.grader.cli import export_commands
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.marking.marking import compute_earned_share
 from tests.support.command import run, run_and_fail, runner
+from tests.support.problems import get_problem
 from tests.support.site_scripts import write_stand_in_assets
+from tests.support.submitting import make_class
+from tests.support.suites import select_for_suite
 
 TOML = """title = "Arms & <signs>"
 key = "hw"

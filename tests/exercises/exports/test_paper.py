@@ -45,11 +45,11 @@ from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.marking.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
+from tests.support import read_cases
 from tests.support.command import run_and_fail
 from tests.support.programs import CHROMIUM, LATEX, POPPLER, require_program
 from tests.support.submitting import make_class
 from tests.support.suites import few_families, select_for_suite
-from tests.support import read_cases
 
 TOML = """title = 'Rates & "poses" #1'
 key = "hw"

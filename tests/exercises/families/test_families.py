@@ -1,26 +1,21 @@
 """Families: what varies along each axis, and arms whose structure is drawn from the table of clean ones."""
 
+import pickle
 from collections import Counter
 from functools import cache
+from itertools import islice
+
 import pytest
 import sympy as sp
+
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.common.variation import VARIATION_STEPS, find_canonical_name
-from qdot.exercises.derivation.derivation import derive
-from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import list_applicable_questions, list_questions_of_family, sample_chain
-from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities.difficulty import rate_difficulty, rate_difficulty_band
-from qdot.exercises.singularities.singular_set import find_singular_set
-from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
-import pickle
-from itertools import islice
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import VARIATION_AXES
-from qdot.exercises.derivation.derivation import make_symbolic_arm
+from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS, find_canonical_name
+from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
+from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.random_structures import _order_structures as order
 from qdot.exercises.families.random_structures import _sample_arm as arm_of
 from qdot.exercises.families.structures import (
@@ -32,13 +27,15 @@ from qdot.exercises.families.structures import (
     parse_rows,
     read_clean_structures,
 )
-from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.generation import generate, list_applicable_questions, list_questions_of_family, sample_chain
+from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.difficulty import HARDEST_BAND, rate_difficulty_band
+from qdot.exercises.singularities.difficulty import HARDEST_BAND, rate_difficulty, rate_difficulty_band
+from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import fold_tool_into_table
 from tests.support.problems import get_problem as drawn_once
-from tests.support.suites import sample_for_suite, select_for_suite
+from tests.support.suites import FEW, every_family, on_families, sample_for_suite, select_for_suite
 
 ARMS = 80
 DERIVED = select_for_suite(2, 20)

@@ -82,8 +82,6 @@ def test_invalid_json_line_is_reported(line: str) -> None:
         compare_line(line, 7)
 
 
-
-
 @pytest.mark.parametrize(("inner", "share"), [("sin(theta2)", 0.5), ("sin(theta2/2 + 3/4*pi)", 0.25)])
 def test_numeric_comparison_errs_at_the_rate_of_its_bound(
     inner: str, share: float, monkeypatch: pytest.MonkeyPatch
@@ -96,8 +94,6 @@ def test_numeric_comparison_errs_at_the_rate_of_its_bound(
     assert len(passed) / len(comparison) == pytest.approx(compute_chance_of_missing(3, share), abs=0.07)
     bound = compute_chance_of_missing(3, equality.WRONG_SHARE_BRANCHING)
     assert all(comparison.certificate.bound == bound for comparison in passed)
-
-
 
 
 @pytest.mark.parametrize("seed", ["one", "two", "three"])

@@ -39,8 +39,6 @@ def compare(student: str, reference: str, seed: str = "seed", **lengths: Fractio
     return exact.compare(theirs, ours, lengths, seed)[0]
 
 
-
-
 @pytest.mark.parametrize("seed", ["one", "two", "three"])
 def test_equal_functions_are_equal_in_any_form_and_near_ones_differ(seed: str) -> None:
     for student, reference in read_cases("equal")["same"]:

@@ -16,6 +16,8 @@ LENGTHS = dict.fromkeys(("a1", "a2", "a3"), "length")
 DOMAIN = Domain({**ANGLES, **LENGTHS, **dict.fromkeys(("d3", "qd1", "qd2", "vx", "vy", "wz"), "signed")})
 POSITION = "a1*cos(theta1) + a2*cos(theta1 + theta2)"
 NOTATIONS = read_cases("notations")
+
+
 def test_joint_rates_are_parsed_without_known_symbols() -> None:
     for text in NOTATIONS["writings"]["qd1"]:
         assert parse_formula(text).value == "qd1", text

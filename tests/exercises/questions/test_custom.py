@@ -773,7 +773,7 @@ def test_invalid_question_is_refused_with_file_line_and_reason(case: dict[str, s
 
 @pytest.mark.parametrize("depth", [100, 1000])
 def test_deeply_nested_latex_is_refused(depth: int, tmp_path: Path) -> None:
-    with pytest.raises(QdotError, match="line 4: .* is nested too deeply"):
+    with pytest.raises(QdotError, match=r"line 4: .* is nested too deeply"):
         make_problem(tmp_path, "prompt = '$" + depth * r"\hat" + " a$'\nanswer = 'p'")
 
 

@@ -9,38 +9,27 @@ import hashlib
 import json
 import os
 import re
+from collections import Counter
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 import pytest
 import sympy as sp
-from qdot.exercises.common.stream import Stream
-from qdot.exercises.common.variation import VARIATION_STEPS
-from qdot.exercises.families import FAMILIES
-from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
-from qdot.exercises.problem.record import to_plain_data
-from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
-from qdot.exercises.writing.problem_texts import write_prompt, write_solution
-from qdot.grader.grading.certify import find_failures
-from tests.support import DATA, SNAPSHOTS
-from tests.support.problems import get_problem
-from tests.support.suites import sample_for_suite, select_for_suite
-import numpy as np
+
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, MpmathArm
-from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.questions.inversion import sample_lengths
-from qdot.exercises.questions.redundancy import MinorDetails
-from qdot.exercises.reference_answers import Expression, Number
-from qdot.exercises.verify.certificate import certify
-from tests.support.problems import ask_question
-from collections import Counter
+from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.derivation.derivation import make_symbolic_arm
-from qdot.exercises.generation import generate
+from qdot.exercises.families import FAMILIES
+from qdot.exercises.formula.parser import parse_formula
+from qdot.exercises.generation import generate, sample_chain
+from qdot.exercises.problem.problem import ENGINE, Part, Problem, ProblemId
+from qdot.exercises.problem.record import to_plain_data
+from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.exact_configurations import (
     _find_zeros,
     evaluate_jacobian,
@@ -49,13 +38,18 @@ from qdot.exercises.questions.exact_configurations import (
     sample_regular_configuration,
     sample_singular_configuration,
 )
+from qdot.exercises.questions.inversion import sample_lengths
 from qdot.exercises.questions.rank import RankDetails
-from qdot.exercises.reference_answers import Choice, Direction, Number
+from qdot.exercises.questions.redundancy import MinorDetails
+from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.singularities.directions import find_clear_rank
 from qdot.exercises.singularities.singular_set import find_singular_set
-from qdot.exercises.writing.problem_texts import write_solution
+from qdot.exercises.verify.certificate import certify
+from qdot.exercises.writing.problem_texts import write_prompt, write_solution
+from qdot.grader.grading.certify import find_failures
+from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import ask_question, get_problem, replace_answer
-from tests.support.suites import select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 EACH = select_for_suite(1, len(RECORDS))

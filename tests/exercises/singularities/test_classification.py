@@ -1,28 +1,24 @@
 """The kinds of singular configurations, and what an arm reaches, which decides whether they are at a boundary."""
 
+import re
 from collections.abc import Sequence
+from itertools import product
+
 import numpy as np
 import pytest
 import sympy as sp
-from qdot.exercises.arm.chain import Chain, Joint
+
+from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.generation import sample_chain
-from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.singularities import reach
-from qdot.exercises.singularities.axes import Sample
-from qdot.exercises.singularities.normalized_arm import normalize_arm
-from qdot.exercises.singularities.reach import reaches_beyond, reaches_displaced_pose, reaches_point
-from tests.support.suites import on_families
-import re
-from itertools import product
-from qdot.exercises.arm.chain import Base, Chain, Joint
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import make_symbolic_arm
 from qdot.exercises.derivation.lengths import are_unrelated, replace_lengths_by_symbols, substitute_in_arm
+from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
-from qdot.exercises.singularities import reason
+from qdot.exercises.singularities import reach, reason
 from qdot.exercises.singularities.appearance import ZERO_TOLERANCE, Statement, describe_appearance, find_reason
+from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import (
     classify,
     classify_conditions,
@@ -33,6 +29,7 @@ from qdot.exercises.singularities.classification import (
 )
 from qdot.exercises.singularities.meanings import list_candidate_meanings
 from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
+from qdot.exercises.singularities.reach import reaches_beyond, reaches_displaced_pose, reaches_point
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 from qdot.exercises.verify.singularity_statements import sample_component, statement_holds

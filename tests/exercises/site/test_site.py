@@ -8,35 +8,21 @@ import shutil
 import threading
 import urllib.error
 import urllib.request
+from collections import Counter
 from collections.abc import Iterator
 from http.server import ThreadingHTTPServer
-from itertools import islice
+from itertools import islice, product
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 import pytest
+import sympy as sp
+
+from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.assignment.assignment import Student
 from qdot.exercises.chapter import read_errata
 from qdot.exercises.common.errors import QdotError
-from qdot.exercises.problem.problem import Problem
-from qdot.exercises.site import bank_problem
-from qdot.exercises.site import pages as site_pages
-from qdot.exercises.site.chapter import ERRATA_PATH, make_chapter_pages
-from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
-from qdot.exercises.site.pages import find_assets, link_pages, make_pages, read_assets
-from qdot.exercises.site.robots import make_tables_json
-from qdot.grader.cli import site_commands as command
-from qdot.grader.cli.main import app
-from qdot.grader.cli.site_commands import _QuietHandler
-from tests.support import ROOT
-from tests.support.command import run, run_and_fail, runner
-from tests.support.site_scripts import write_stand_in_assets
-from tests.support.submitting import TOML, make_class
-from tests.support.suites import select_for_suite
-from collections import Counter
-from itertools import product
-import numpy as np
-import sympy as sp
-from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.derivation.graph import compute_numeric_stages
@@ -45,6 +31,8 @@ from qdot.exercises.generation import find_listing, generate, sample_chain, sele
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Choice, Matching, Number, Selection
+from qdot.exercises.site import bank_problem
+from qdot.exercises.site import pages as site_pages
 from qdot.exercises.site.bank_problem import (
     ARMS_PER_QUESTION,
     ARMS_PER_STEP,
@@ -54,7 +42,10 @@ from qdot.exercises.site.bank_problem import (
     find_questions_with_sampled_numbers,
     list_problems_of_families,
 )
+from qdot.exercises.site.chapter import ERRATA_PATH, make_chapter_pages
+from qdot.exercises.site.guide import COMMANDS, OTHER_PAGES, REPLACED_PAGES, arrange_pages
 from qdot.exercises.site.keys import _evaluate_derivation, _find_derived_question, compute_weight, make_key
+from qdot.exercises.site.pages import find_assets, link_pages, make_pages, read_assets
 from qdot.exercises.site.record import (
     _find_given_pose,
     _list_labels,
@@ -66,9 +57,17 @@ from qdot.exercises.site.record import (
     make_solutions_record,
     translate_record,
 )
+from qdot.exercises.site.robots import make_tables_json
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_prompt
+from qdot.grader.cli import site_commands as command
+from qdot.grader.cli.main import app
+from qdot.grader.cli.site_commands import _QuietHandler
+from tests.support import ROOT
+from tests.support.command import run, run_and_fail, runner
 from tests.support.problems import get_problem, select_parts
+from tests.support.site_scripts import write_stand_in_assets
+from tests.support.submitting import TOML, make_class
 from tests.support.suites import WHOLE, few_families, sample_for_suite, select_for_suite
 
 DOCS = ROOT / "docs"

@@ -91,6 +91,8 @@ def _refused(tmp_path: Path, old: str, new: str) -> str:
 
 HEAD, LAST = 'name = "two"', "a = 0.35\nalpha = 0\n"
 REFUSED = read_cases("refused_robots")
+
+
 @pytest.mark.parametrize(("old", "new", "said"), REFUSED["changes"])
 def test_a_mistake_is_told_by_place(tmp_path: Path, old: str, new: str, said: str) -> None:
     told = _refused(tmp_path, old, new)

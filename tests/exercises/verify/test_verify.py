@@ -1,38 +1,32 @@
-"""Certificates: every reference passes, every planted mistake fails, and what is said of singular configurations is true."""
+"""Certificates: every reference passes, every planted mistake fails, and statements about singularities are true."""
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+
 import pytest
 import sympy as sp
+
 from qdot.exercises.arm.chain import Chain, Joint
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.common.variation import VARIATION_STEPS
 from qdot.exercises.families import FAMILIES
-from qdot.exercises.generation import generate, list_questions_of_family
+from qdot.exercises.generation import generate, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.singular import KindDetails
 from qdot.exercises.reference_answers import Answer, Choice, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions import ALL_QUESTIONS as EVERY_QUESTION
-from qdot.exercises.singularities.singular_set import Component
-from qdot.exercises.verify.certificate import CHECKS, certify
-from tests.support.problems import LONG_ARMS, get_problem, replace_answer, select_parts
-from tests.support.suites import sample_for_suite, select_for_suite
-import re
-from collections.abc import Iterator
-from qdot.exercises.arm.chain import Chain
-from qdot.exercises.common.variation import VARIATION_STEPS
-from qdot.exercises.generation import generate, sample_chain
-from qdot.exercises.problem.problem import ProblemId
-from qdot.exercises.reference_answers import Choice
 from qdot.exercises.short_questions.single_configuration import ConfigurationStatement
 from qdot.exercises.singularities import classification
 from qdot.exercises.singularities.classification import Classification, classify, sample_condition, split_by_value
 from qdot.exercises.singularities.normalized_arm import normalize_arm, normalize_conditions
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.verify import singularity_statements
-from qdot.exercises.verify.certificate import certify
+from qdot.exercises.verify.certificate import CHECKS, certify
 from qdot.exercises.verify.singularity_statements import statement_holds
 from qdot.exercises.writing.problem_texts import write_solution
+from tests.support.problems import LONG_ARMS, get_problem, replace_answer, select_parts
 from tests.support.suites import few_families, few_or_all_families, sample_for_suite, select_for_suite
 
 CHAPTER = ("planar-2r", "elbow-3r", "polar-rp", "planar-3r")

@@ -225,6 +225,8 @@ def test_the_inverse_is_the_books_matrix_over_the_determinant() -> None:
 
 
 KNOWN = frozenset({"theta1", "theta2", "theta3", "a1", "a2", "d2", "qd1", "qd2", "vx"})
+
+
 @pytest.mark.parametrize(("text", "printed"), read_cases("printed")["typed"])
 def test_as_it_was_typed(text: str, printed: str) -> None:
     shown = typeset(parse_formula(text, KNOWN), ("2",))

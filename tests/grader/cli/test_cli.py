@@ -20,10 +20,10 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.reference_answers import Matrix
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.grader.cli.main import COMMANDS, LIST_COMMANDS, app, make_program
+from tests.support import read_cases
 from tests.support.command import run, run_and_fail, runner
 from tests.support.submitting import TOML
 from tests.support.suites import select_for_suite
-from tests.support import read_cases
 
 
 def test_help_lists_every_command_and_explains_each() -> None:

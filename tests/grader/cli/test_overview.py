@@ -1,4 +1,4 @@
-"""Commands on the machine and on everything that there is: the demonstration, doctor, families, questions and robots."""
+"""Commands on the machine and on everything there is: the demonstration, doctor, families, questions and robots."""
 
 import json
 import re
@@ -6,30 +6,31 @@ import shutil
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+
 import pytest
-from qdot.exercises.assignment.assignment import load_assignment
+
+from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
+from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.variation import list_variation_axes
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import check_questions, find_listing, sample_chain
-from qdot.exercises.problem.problem import ProblemId
+from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.robots.library import find_robot_path
 from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.singularities.difficulty import rate_difficulty
+from qdot.grader.cli.demo import EDITS, SECRET
 from qdot.grader.cli.main import app
 from qdot.grader.cli.overview import LINE_WIDTH, describe_families, group_families_by_heading
+from qdot.grader.marking.marking import mark
+from qdot.grader.sandbox import guarantees
+from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.command import run, run_and_fail, runner
 from tests.support.suites import select_for_suite
-from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import init_assignment
-from qdot.exercises.problem.problem import Problem
-from qdot.grader.cli.demo import EDITS, SECRET
-from qdot.grader.marking.marking import mark
-from qdot.grader.sandbox.sandbox import Sandbox
-from qdot.grader.sandbox import guarantees
+
 
 def test_the_overview_lists_every_family_once_under_its_kind() -> None:
     text = describe_families()

@@ -16,7 +16,7 @@ from qdot.grader.grading.result import Result
 from qdot.grader.judging import judge as judging
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.graded_folder import write_reports
-from qdot.grader.reports.grades_table import find_work_status, make_grades_csv, make_results_jsonl
+from qdot.grader.reports.grades_table import find_work_status, make_grades_csv
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
 from tests.support.results import index_by_student

@@ -1,16 +1,17 @@
 """What a notebook's session gives: values as text, IPython's habits, and stand-ins for plots and input."""
 
 import json
-from typing import Any
-import pytest
-from qdot.grader.sandbox.sandbox import Run, Sandbox
-from tests.support import DATA
-import numpy as np
-import sympy as sp
-from qdot.grader.sandbox.notebook_process.answer_formatting import format_value
 import time
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from qdot.grader.sandbox.notebook_process.answer_formatting import format_value
 from qdot.grader.sandbox.notebook_process.ipython import NON_PYTHON_MAGICS, translate_to_python
-from tests.support import ROOT
+from qdot.grader.sandbox.sandbox import Run, Sandbox
+from tests.support import DATA, ROOT
 from tests.support.suites import sample_for_suite
 
 JUPYTER = json.loads((DATA / "jupyter_cells.json").read_text(encoding="utf-8"))

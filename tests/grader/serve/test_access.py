@@ -1,50 +1,42 @@
-"""What anybody may try at every address: nobody gets at another's work, at solutions or secrets, or takes the service down."""
+"""Every address, for anybody: nobody gets at another's work, at solutions or secrets, or takes the service down."""
 
-import json
-import uuid
-from collections.abc import Iterator
-from typing import Any
-import pytest
-from django.core.cache import cache
-from django.test import Client
-from django.urls import URLPattern, URLResolver, get_resolver
-from qdot.exercises.problem.problem import Problem
-from qdot.exercises.writing.problem_texts import write_answer_code
-from qdot.grader.serve.models import Classroom, Person, Submission
-from tests.support.serving import Browser, Service
 import csv
 import datetime
+import html
+import json
 import re
 import socket
 import threading
 import time
+import uuid
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from http.client import HTTPConnection
-from django_tasks_db.models import DBTaskResult
-from qdot.grader.serve import judge_process, marking_online, submitting
-from qdot.grader.serve.exchange import make_roster_csv
-from qdot.grader.serve.models import Submission
-from qdot.grader.serve.personal_links import make_link
-from qdot.grader.serve.server import open_server
-from tests.grader.serve.test_submitting import NOW
-from tests.support.serving import NOTEBOOK, Browser, Service, serve_class, set_clock
-from collections.abc import Callable
+from typing import Any
 from urllib.parse import urlencode
+
+import pytest
 from django.conf import settings
+from django.core.cache import cache
+from django.test import Client, RequestFactory
+from django.urls import URLPattern, URLResolver, get_resolver
+from django_tasks_db.models import DBTaskResult
+
+from qdot.exercises.problem.problem import Problem
+from qdot.exercises.writing.problem_texts import write_answer_code
+from qdot.exercises.writing.render import find_template_folder
+from qdot.grader.grading.certify import find_former_students
+from qdot.grader.serve import html_pages, judge_process, marking_online, submitting
+from qdot.grader.serve.exchange import make_roster_csv
 from qdot.grader.serve.forgetting_online import forget_people
 from qdot.grader.serve.frame_requests import FORM_TYPE
-from tests.grader.serve.test_access import METHODS, ROUTES, fill_route
-import html
-from django.test import RequestFactory
-from qdot.exercises.writing.render import find_template_folder
-from qdot.grader.serve import html_pages
-from tests.support import ROOT
-from tests.support.serving import ASSETS
-from qdot.grader.grading.certify import find_former_students
-from qdot.grader.serve.models import Draft, Submission
+from qdot.grader.serve.models import Classroom, Draft, Person, Submission
+from qdot.grader.serve.personal_links import make_link
+from qdot.grader.serve.server import open_server
 from tests.grader.serve.test_submitting import NOW, find_right_answer
-from tests.support.serving import Browser, Service, serve_class, set_clock
+from tests.support import ROOT
+from tests.support.serving import ASSETS, NOTEBOOK, Browser, Service, serve_class, set_clock
 
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
 PUBLIC = {"", "in/<str:token>", "out"}

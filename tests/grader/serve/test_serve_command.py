@@ -25,8 +25,8 @@ from qdot.grader.serve.models import Person
 from qdot.grader.serve.personal_links import COLUMNS, WrittenLinks, write_links
 from qdot.grader.serve.server import claim_database
 from qdot.grader.serve.settings import ServiceOptions, configure
-from tests.support.serving import Browser, Service
 from tests.support import read_cases
+from tests.support.serving import Browser, Service
 
 
 def read_links(path: Path) -> dict[str, str]:

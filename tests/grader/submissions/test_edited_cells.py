@@ -3,21 +3,34 @@
 import random
 import re
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from copy import deepcopy
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from nbformat import NotebookNode
+
 from qdot.exercises.assignment.assignment import Assignment, Student
+from qdot.exercises.generation import generate
+from qdot.exercises.notebook.notebook import (
+    NotebookContent,
+    make_solution_notebook,
+    make_student_notebook,
+)
+from qdot.exercises.notebook.notebook import write_notebook as write_released_notebook
+from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.exercises.problem.problem import name_answer_variable
 from qdot.grader.grading.check import check_notebook
 from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Run, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
-from qdot.grader.submissions.cells import Cell, read_cells
+from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
 from tests.support.command import run
+from tests.support.problems import get_problem, sample_parts
 from tests.support.submitting import (
     ALL_CORRECT,
     PARTS,
@@ -33,22 +46,7 @@ from tests.support.submitting import (
     text_cell,
     write_notebook,
 )
-from tests.support.suites import sample_for_suite, select_for_suite
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from nbformat import NotebookNode
-from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import (
-    NotebookContent,
-    make_solution_notebook,
-    make_student_notebook,
-    write_notebook,
-)
-from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
-from qdot.grader.sandbox.sandbox import Sandbox
-from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
-from tests.support.problems import get_problem, sample_parts
-from tests.support.suites import few_families
+from tests.support.suites import few_families, sample_for_suite, select_for_suite
 
 SETUP, POSITION, JACOBIAN, DETERMINANT = 1, 2, 3, 4
 """Indices of cells, from 0; messages count from 1."""
@@ -449,7 +447,7 @@ def make_problems(family: str) -> Problems:
 
 
 def make_cells(problems: Problems, make_notebook: Callable[..., NotebookNode] = make_solution_notebook) -> list[Cell]:
-    text = write_notebook(make_notebook(NotebookContent("Title", "hw", "s1", problems)))
+    text = write_released_notebook(make_notebook(NotebookContent("Title", "hw", "s1", problems)))
     return list(read_cells("hw.ipynb", text.encode()).cells)
 
 

@@ -7,14 +7,12 @@ import html
 import json
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
 
 import pytest
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.mathml import print_mathml, print_plain_mathml
 from qdot.exercises.formula.printers.maxima import print_maxima
 from qdot.exercises.formula.printers.python import print_python
@@ -35,6 +33,8 @@ FOR_MAXIMA = [
     (sp.Pow(-A, 2, evaluate=False), "(-a)^2"), (A**2, "a^2"), (sp.sqrt(A), "sqrt(a)"),
     (sp.Pow(A * B, C, evaluate=False), "(a*b)^(c)"),
 ]  # fmt: skip
+
+
 @pytest.mark.parametrize(("formula", "text"), FOR_MAXIMA)
 def test_base_of_power_is_parenthesized_for_maxima(formula: sp.Expr, text: str) -> None:
     assert print_maxima(formula) == text
