@@ -4,7 +4,6 @@ import re
 import subprocess
 import xml.etree.ElementTree as ET
 from dataclasses import replace
-from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -27,6 +26,7 @@ from qdot.exercises.writing.problem_texts import (
 from qdot.exercises.writing.render import find_template_folder
 from qdot.exercises.writing.short_answer import write_short_answer
 from qdot.exercises.writing.solution_steps import SolutionSteps
+from tests.grader.reports.test_feedback import Page
 from tests.support.problems import LONG_ARMS, get_problem, select_parts
 from tests.support.programs import LATEX, require_program
 from tests.support.suites import SHAPES, few_families
@@ -100,32 +100,13 @@ def test_statement_gives_table_point_task_and_symbols(problem: Problem) -> None:
     assert ("world frame" in text) == (not chain.base.is_world) or "is the world frame" in text
 
 
-class _Balance(HTMLParser):
-    """Check that tags close in order."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: object) -> None:
-        if tag not in ("meta", "br", "img", "hr", "link"):
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag: str, attrs: object) -> None:
-        return
-
-    def handle_endtag(self, tag: str) -> None:
-        assert self.open.pop() == tag
-
-
 @few_families
 @pytest.mark.parametrize("solution", [False, True])
 def test_pages_texts_and_documents(problem: Problem, solution: bool) -> None:
     problem = replace(problem, parts=tuple(select_parts(problem)))
     page = show(problem, solution, "html")
-    checker = _Balance()
-    checker.feed(page)
-    assert not checker.open and "<math" in page and "<svg" in page and "$" not in page
+    Page(page)  # its elements nest
+    assert "<math" in page and "<svg" in page and "$" not in page
     for formula in re.findall(r"<math.*?</math>", page, re.DOTALL):
         ET.fromstring(formula)
     assert not re.search(r"""(?:src|href)=["']?https?:""", page)  # self-contained

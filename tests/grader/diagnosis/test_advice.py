@@ -7,6 +7,7 @@ from qdot.exercises.chapter import make_planar_2r
 from qdot.grader.diagnosis.advice import advise
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.marking.marking import mark
+from tests.support import read_cases
 from tests.support.problems import ask_question, get_problem
 
 TWO_R = (
@@ -15,24 +16,7 @@ TWO_R = (
 )
 
 
-@pytest.mark.parametrize(
-    ("question", "answer", "beginning"),
-    [
-        ("position", "[a1, 0]", "Your answer does not depend on θ1."),
-        ("jacobian", "[[0, 0], [0, 0]]", "Your answer does not depend on θ1."),
-        ("determinant", "0", "Your answer does not depend on θ2."),
-        ("lost-direction", "[0, 0]", "Your answer does not depend on θ1."),
-        ("lost-direction", "[a1*c1, a2*s1]", "Calculate the numbers again"),
-        ("determinant", "a1*a2*sin(theta2)/7", "Your answer is wrong by a constant factor"),
-        ("determinant", "a1*a2*sin(theta2)/2", "Your answer is too small by a factor of 2."),
-        ("determinant", "a1*a2*sin(theta2)*100", "Your answer is too large by a factor of 100"),
-        ("determinant", "a1*a2*sin(theta2)**2*cos(theta1)", "Your answer depends on θ1."),
-        ("determinant", "a1*a2 + a2**2", "Your answer does not depend on θ2."),
-        ("determinant", "a1*a2*sin(theta2)**3", "Draw the arm at"),
-        ("singular-angles", "[Eq(theta1, 1)]", "Your answer contains θ1."),
-        ("singular-angles", "[Eq(theta2, 1)]", "Substitute each of your values into the determinant"),
-    ],
-)
+@pytest.mark.parametrize(("question", "answer", "beginning"), read_cases("answers")["advice"])
 def test_advice_names_the_simplest_thing_that_is_wrong(question: str, answer: str, beginning: str) -> None:
     problem = ask_question(question, make_planar_2r())
     advice = advise(problem, problem.parts[0], read_answer(problem, problem.parts[0], answer), "advice")
@@ -99,18 +83,7 @@ def test_answers_right_except_for_rounding_are_recognised(
     assert "j" not in verdict.judgement.reason.split(": yours")[-1]
 
 
-@pytest.mark.parametrize(
-    ("answer", "words"),
-    [
-        ("And(theta2 = 0, theta3 = 1)", "Substitute each of your values into the maximal minors"),
-        (
-            "[And(theta2 = 0, sin(theta3) = 0), And(theta2 = pi, theta3 = 0)]",
-            "All configurations in your answer are right",
-        ),
-        ("And(theta2 = 3.14, theta3 = 0)", "Rounded values"),
-        ("theta2 = 1", "θ3"),
-    ],
-)
+@pytest.mark.parametrize(("answer", "words"), read_cases("answers")["advice_on_sets"])
 def test_advice_on_joined_conditions_is_true(answer: str, words: str) -> None:
     problem = get_problem("planar-3r", 0, variation="lengths")
     part = problem["singular-angles"]

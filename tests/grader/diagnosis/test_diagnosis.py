@@ -26,7 +26,7 @@ from qdot.exercises.questions.results import compute_answer
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import sample_function_arguments
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
-from tests.support import DATA
+from tests.support import DATA, read_cases
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question
 from tests.support.suites import few_or_all_families, select_for_suite
@@ -84,15 +84,7 @@ def test_a_mistake_gets_its_true_name(case: dict[str, Any]) -> None:
         assert re.search(re.escape(words).replace(r"\ …\ ", "[^.]*"), message), message
 
 
-@pytest.mark.parametrize(
-    ("family", "formula", "first_mistake"),
-    [
-        ("planar-2r", "ddt(dot(p, p))", "sign"), ("planar-2r", "o2 - o1", "sign"),
-        ("polar-rp", "det(J)", "determinant-sign"),
-        ("planar-2r", "det(J)", "sign"), ("spherical", "v", "sign"), ("spherical", "p.x", "sign"),
-        ("planar-2r", "J[1, 1]", "derivative-of-cosine"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("family", "formula", "first_mistake"), read_cases("answers")["wrong_signs"])
 def test_a_wrong_sign_of_the_whole_answer_is_no_mistake_of_one_link(
     family: str, formula: str, first_mistake: str
 ) -> None:

@@ -29,6 +29,7 @@ from qdot.grader.reports.class_summary import group_wrong_answers
 from qdot.grader.reports.feedback import make_feedback_page
 from qdot.grader.reports.grades_table import count_overridden, is_marked, make_grades_csv
 from qdot.grader.reports.part_rows import make_part_rows
+from tests.support import read_cases
 from tests.support.command import runner
 from tests.support.results import change_part, make_override, make_result, read_results
 from tests.support.submitting import grade, make_class, make_correct_notebook, submit, work_in_one_process
@@ -82,16 +83,7 @@ def test_a_key_is_six_stable_letters() -> None:
     assert mark(problem, {}, secret=SECRET)[0].group is None
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "is_same"),
-    [
-        ("theta1*a1*a2", "a2*a1*theta1", True), ("2*sin(theta2)*cos(theta2)", "sin(2*theta2)", True),
-        ("0.5*a1*theta1", "a1/2*theta1", True), ("a1*sqrt(theta1 + a1)", "sqrt(a1 + theta1)*a1", True),
-        ("a1*sqrt(theta1 + a1)", "a1*sqrt(theta1 - a1)", False), ("a1*theta1", "a1*theta2", False),
-        ("a1*sin(theta1)", "a1*sin(theta1 + pi/2)", False), ("I do ( not know", "I do (not  know", True),
-        ("I do ( not know", "I (do not know", False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("first", "second", "is_same"), read_cases("answers")["notations"])
 def test_the_notation_of_an_answer_does_not_change_its_key(first: str, second: str, is_same: bool) -> None:
     problem, part = make_problem("planar-2r", 1, "determinant", "chapter")
     assert (find_key(problem, part, first) == find_key(problem, part, second)) is is_same

@@ -33,7 +33,7 @@ from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.sandbox import Sandbox
-from tests.support import DATA
+from tests.support import DATA, read_cases
 from tests.support.judging import judge_direction, judge_expression, judge_numbers, judge_singular
 from tests.support.problems import get_problem
 from tests.support.submitting import Cells, make_class, make_correct_notebook, submit
@@ -123,28 +123,14 @@ def test_check_refuses_what_the_grader_refuses(tmp_path: Path) -> None:
         assert not row.is_readable and typed[row.part.removeprefix("p1.")][1] in row.message, row
 
 
-@pytest.mark.parametrize(
-    ("text", "is_explained"),
-    [
-        ("theta1 = 90° or -90°, theta3 = 0", True), ("theta1 = 0; theta3 = 0", True), ("theta3 = 0, pi", False),
-        ("[Eq(theta1, 0), Eq(theta3, 0)]", False), ("theta1 = 0 and theta3 = 0", False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "is_explained"), read_cases("answers")["commas"])
 def test_check_explains_a_comma_between_conditions_on_different_joints(text: str, is_explained: bool) -> None:
     expected_form = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "theta3": "angle"}), ("theta1", "theta3"))
     row = check._check_answer("p1.singular-angles", text, expected_form)
     assert row.is_readable and row.message == text + (f" ({OR_HINT})" if is_explained else "")
 
 
-LENGTHS_WITH_COMMAS = (
-    ("d3 = -0,2 m oder θ1 = 0", "d3 = -0.2 or theta1 = 0"),
-    ("d3 = 0, 2,5 cm; theta1 = 0", "d3 = 0, 2.5 cm; theta1 = 0"),
-    ("d3 = 0,2", ""), ("d3 = 0,2 m, theta1 = 0,180°", ""), ("d3 = 0,1,2 m", ""), ("theta1 = 0,2 m pi", ""),
-    ("theta1 = d3 theta1 = pi", ""),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "equivalent"), LENGTHS_WITH_COMMAS)
+@pytest.mark.parametrize(("text", "equivalent"), read_cases("answers")["lengths_with_commas"])
 def test_decimal_commas_in_lengths_are_parsed_unless_ambiguous(text: str, equivalent: str) -> None:
     expected_form = ExpectedForm(ConditionSet(()), Domain({"theta1": "angle", "d3": "signed"}), ("theta1", "d3"))
     answer = read_in_form(expected_form, text)
@@ -173,16 +159,7 @@ def test_check_knows_the_symbols_of_the_students_problem(tmp_path: Path) -> None
         assert check_jacobian(wrong, claimed)[0], claimed
 
 
-UNITS = (
-    ("-0.1 rad/s, 290 mm/s", ""), ("qd2 = 29 cm/s, qd1 = -100 mrad/s", ""), ("[-0.1, 290 mm/s]", ""),
-    ("-0.1 rad/s; 290 mm/s", ""), ("-0.1 rad/s\n0.29 m/s", ""),
-    ("-100 mm/s, 0.29", "* mm/s * entry 1 is in rad/s*"), ("-0.1, 290 mrad/s", "* mrad/s * entry 2 is in m/s*"),
-    ("qd2 = 290 mrad/s, qd1 = -0.1 rad/s", "* mrad/s * entry 2 is in m/s*"),
-    ("-0.1 rad/s, 16°/s", "* °/s * entry 2 is in m/s*"),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "reason"), UNITS)
+@pytest.mark.parametrize(("text", "reason"), read_cases("answers")["units"])
 def test_units_are_converted_if_they_fit_the_entry(text: str, reason: str) -> None:
     problem = generate(ProblemId("polar-rp", 0, ("joint-rates",)))
     answer = read_answer(problem, problem["joint-rates"], text)
@@ -312,18 +289,7 @@ def test_a_matrix_may_have_the_name_of_a_symbol(text: str, is_accepted: bool) ->
         assert answer.refusal is not None and answer.refusal.reason.endswith("write the expression alone")
 
 
-NAMED_VECTORS = (
-    ("planar-2r/0@chapter", "joint-axes", "z0 = [0, 0, 1], z1 = [0, 0, 1]"),
-    ("planar-2r/0@chapter@modified-dh", "joint-axes", "z_2: [0, 0, 1]; z_1: [0, 0, 1]"),
-    ("planar-2r/0@chapter@screws", "joint-axes", "omega_2 = [0, 0, 1], omega_1 = [0, 0, 1]"),
-    ("scara/23@chapter", "joint-axes", "z0 = z1 = (0,0,1)^T, z2 = z3 = (0,0,-1)^T"),
-    ("elbow-3r/5@zeros", "joint-axes", "z0 = (0, 0, 1), z1 = z2 = (cos(θ1+45°), sin(θ1+45°), 0)"),
-    ("planar-2r/15@lengths@screws", "home-screws", "S1 = (0,0,1,0,0,0), S2 = (0,0,1,0,-a1,0)"),
-    ("planar-2r/0@chapter@screws", "space-twist", "v = [a1 qd2 s1, -a1 qd2 c1, 0], ω = [0, 0, qd1 + qd2]"),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("problem_id", "question", "text"), NAMED_VECTORS)
+@pytest.mark.parametrize(("problem_id", "question", "text"), read_cases("answers")["named_vectors"])
 def test_named_vectors_are_accepted_in_every_convention(problem_id: str, question: str, text: str) -> None:
     problem = generate(problem_id, [question])
     assert judge(problem, problem[question], text, "seed").outcome is Outcome.CORRECT

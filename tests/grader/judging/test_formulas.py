@@ -23,7 +23,7 @@ from qdot.grader.diagnosis.advice import _name_entry
 from qdot.grader.judging.answer_parser import OR_HINT, replace_decimal_commas
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.reports.feedback_levels import remove_numbers
-from tests.support import DATA
+from tests.support import DATA, read_cases
 from tests.support.judging import (
     judge_angles,
     judge_choice,
@@ -121,14 +121,7 @@ def test_only_a_new_name_may_stand_on_the_other_side_of_an_equation(student: str
         assert (as_matrix.outcome is Outcome.CORRECT) is (is_right or is_symbol)
 
 
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("0,5*a1", "0.5*a1"), ("1,5 - 2,25", "1.5 - 2.25"), ("atan2(0,1)", "atan2(0,1)"), ("[1,5]", "[1,5]"),
-        ("atan2(0,1) + 0,5", "atan2(0,1) + 0.5"), ("{1,2}*1,5*[1,2]", "{1,2}*1.5*[1,2]"),
-        ("f((1),0,1)", "f((1),0,1)"), ("a,5", "a,5"), ("5,a", "5,a"), ("5, 6", "5, 6"), ("5,", "5,"), (",5", ",5"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "expected"), read_cases("answers")["decimal_commas"])
 def test_decimal_commas_are_replaced(text: str, expected: str) -> None:
     assert replace_decimal_commas(text) == expected
 
@@ -167,14 +160,7 @@ def test_the_reason_names_a_single_number_without_an_index() -> None:
     assert remove_numbers(judged.reason) == "1 of 2 numbers is right; number 2 is not right"
 
 
-@pytest.mark.parametrize(
-    ("student", "reason"),
-    [
-        ("A", "1 letter is right, 1 letter is missing"),
-        ("A, C", "1 letter is right, 1 letter is wrong, 1 letter is missing"),
-        ("C, D", "2 letters are wrong, 2 letters are missing"), ("A, B, C", "2 letters are right, 1 letter is wrong"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("student", "reason"), read_cases("answers")["selections"])
 def test_the_reason_counts_the_letters_of_a_selection(student: str, reason: str) -> None:
     assert judge_selection(student, 5, (0, 1)).reason == reason
 
@@ -271,15 +257,7 @@ def test_angles_are_equal_modulo_whole_turns() -> None:
     assert judge_angles("{0, 3.14}", "{0, pi}", DOMAIN, "s").outcome is not CORRECT
 
 
-@pytest.mark.parametrize(
-    ("student", "is_explained"),
-    [
-        ("theta1 = 90° or -90°, theta2 = 0", True), ("theta2 = 0, theta1 = pi/2, -pi/2", True),
-        ("(theta1 = ±90°), theta2 = 0", True), ("[Eq(theta1, pi/2), Eq(theta1, -pi/2), Eq(theta2, 0)]", True),
-        ("theta1 = pi, theta2 = 0", False), ("theta1 = 90°, theta1 = -90°", False),
-        ("theta1 = 90° and theta2 = 0", False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("student", "is_explained"), read_cases("answers")["deciding_commas"])
 def test_the_reading_of_a_comma_is_explained_if_it_decides_the_mark(student: str, is_explained: bool) -> None:
     reference = ["theta1 = pi/2 and theta2 = 0", "theta1 = -pi/2 and theta2 = 0"]
     judged = judge_singular(student, reference, ["theta1", "theta2"], DOMAIN, "s")

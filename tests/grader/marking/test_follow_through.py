@@ -24,7 +24,7 @@ from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Expression
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, compute_points, mark, sum_points
-from tests.support import DATA
+from tests.support import DATA, read_cases
 from tests.support.judging import list_earlier_parts
 from tests.support.problems import get_problem
 from tests.support.suites import few_families, sample_for_suite, select_for_suite
@@ -213,19 +213,7 @@ def test_blank_intermediate_parts_are_derived() -> None:
     assert mark_answers(without, RELATIVE_ANGLES)["determinant"].followed_from == "position"
 
 
-@pytest.mark.parametrize(
-    ("answer", "is_attempt"),
-    [
-        ("[a1*cos(theta1) + a2*sin(theta2), a1*sin(theta1) - 3*a2]", True),  # half of the terms
-        (
-            "[2*a1*cos(theta1) + a2*(cos(theta1)*cos(theta2) - sin(theta1)*sin(theta2)), a1 - a2*sin(theta1 + theta2)]",
-            True,
-        ),
-        ("[a1*cos(theta1) + a2*sin(theta2)/3, a1*sin(theta2)/5 - 3*a2*cos(theta1)]", False),  # a quarter
-        ("[a1*sin(theta1)/2 + a2*sin(theta1 + theta2)*3, a1*cos(theta1)*7]", False),  # in the wrong entry
-        ("[a1*(c1 + s1) + a2*(c1*c2 + s1 + c2), a1*(s1 + c1) + a2*(s1 + s2)]", False),  # among twice as many terms
-    ],
-)
+@pytest.mark.parametrize(("answer", "is_attempt"), read_cases("answers")["attempts"])
 def test_half_of_the_terms_are_an_attempt(answer: str, is_attempt: bool) -> None:
     verdict = mark_answers(make_problem(PLANAR, ("position",)), {"position": answer})["position"]
     assert (verdict.points, verdict.attempt) == (0.0, is_attempt), verdict.diagnosis

@@ -18,7 +18,7 @@ from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import ConditionSet, Expression
 from qdot.grader.judging.verdict import Judgement, Outcome
 from qdot.grader.marking.marking import MarkingRules, mark
-from tests.support import ROOT
+from tests.support import ROOT, read_cases
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem, replace_answer
 from tests.support.submitting import make_class
@@ -46,15 +46,7 @@ def judge_planar(question: str, answer: str, credit: Credit | None = None, chain
     return judge_with_credit(problem, part, answer, "credit")
 
 
-@pytest.mark.parametrize(
-    ("answer", "share"),
-    [
-        ("a1*a2*sin(theta2)", 1.0), ("a1*a2*cos(theta2)", 0.5), ("a1*a2", 0.0), ("a1*(a2 + a1)*sin(theta2)", 0.8),
-        ("a1*a2*sin(theta1)", 0.0), ("a1*a2*sin(theta1)*sin(theta2)", 0.5), ("a1*sin(theta1)*sin(2*theta2)", 0.0),
-        ("a1*a1*a2*sin(theta2)", 0.8), ("sin(theta2)*(a1*a2 + 0)/a1", 0.8), ("sin(theta2)", 0.8),
-        ("-2*a2*sin(theta2)", 0.6), ("a1/0", 0.0), ("x*a1*a2", 0.0), ("[a1, a2]", 0.0), ("{{", 0.0),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("answer", "share"), read_cases("answers")["determinants"])
 def test_a_determinant_is_marked_by_its_factors(answer: str, share: float) -> None:
     """The usual mistakes are tested below, on every arm."""
     judgement = judge_planar("determinant", answer)
