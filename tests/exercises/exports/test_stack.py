@@ -29,6 +29,7 @@ from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.marking.marking import compute_earned_share
+from tests.support import read_cases
 from tests.support.programs import MAXIMA, require_program
 from tests.support.submitting import make_class
 
@@ -283,79 +284,28 @@ def test_question_tests_of_a_determinant_pass_in_maxima(quiz: ET.Element, tmp_pa
     assert [line for line in run_maxima(script, tmp_path) if line.startswith("RAN")] == expected
 
 
-SAME = "qdot_same(qdot_values(qdot_read({})), {})"
+CASES = read_cases("stack")
 SIGN_AND_FACTOR_ERRORS = (
     "block([u: qdot_values(qdot_read({})), w: qdot_values({})],"
     " qdot_sign_and_factor_errors(u, w, qdot_agree(u, w), {}))"
 )
-FORMULAS = [
-    *(
-        (SAME.format(*pair), "1")
-        for pair in (
-            ("c12", "cos(theta1 + theta2)"), ("0.5*s1", "sin(theta1)/2"), ("a1*sqrt(s2^2)", "a1*abs(sin(theta2))"),
-            ("sin(2*theta1)/c1", "2*sin(theta1)"), ("exp(%i*theta1)*exp(-%i*theta1)", "1"),
-        )
-    ),
-    *(
-        (SAME.format(*pair), "0")
-        for pair in (
-            ("0.333*s1", "sin(theta1)/3"), ("c12", "cos(theta1)"), ("unknown*s1", "sin(theta1)"),
-            ("1/(s1^2 + c1^2 - 1)", "0"), ("log(-a1)", "log(a1)"), ("[s1, s1]", "sin(theta1)"),
-            ("{s1}", "sin(theta1)"), ("s1 = s1", "sin(theta1)"),
-        )
-    ),
-    (SIGN_AND_FACTOR_ERRORS.format("-a1*sin(theta2)", "a1*sin(theta2)", [1]), "1"),
-    (SIGN_AND_FACTOR_ERRORS.format("sin(theta2)/2", "a1*sin(theta2)", [1]), "1"),
-    (SIGN_AND_FACTOR_ERRORS.format("-sin(theta2)", "a1*sin(theta2)", [1]), "2"),
-    (SIGN_AND_FACTOR_ERRORS.format("a1*cos(theta2)", "a1*sin(theta2)", [1]), "0"),
-    (SIGN_AND_FACTOR_ERRORS.format("a1*sin(theta2)^2", "a1*sin(theta2)", [1]), "0"),
-    (SIGN_AND_FACTOR_ERRORS.format("0", "a1*sin(theta2)", [1]), "0"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([0, 2*s2])", "matrix([0, sin(theta2)])", [2]), "1"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([1, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([unknown, 2*s2])", "matrix([0, sin(theta2)])", [2]), "0"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([-s1, -s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "1"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([2*s1, -2*s2])", "matrix([-sin(theta1), sin(theta2)])", [1, 2]), "2"),
-    (SIGN_AND_FACTOR_ERRORS.format("matrix([1, 7])", "matrix([1, 1])", []), "0"),
-]  # fmt: skip
-# The names are those that qdot's own grader reads; STACK doesn't count an invalid answer as an attempt.
-CHECK_FORMULA, INVALID = 'is(qdot_check_formulas({}) # "")', "true"
-FORMULAS += [
-    *((CHECK_FORMULA.format(typed), "false") for typed in ("a_1*sin(theta_2)", "t1 + q2", "C12 + s_1", "th12 - a1*a2")),
-    *(
-        (CHECK_FORMULA.format(typed), INVALID)
-        for typed in ("unknown*s1", "s1 = 1", "{s1}", "#pm#s1", "matrix([s1, x])")
-    ),
-    (SAME.format("a_1*sin(theta_2) + c_1 + t2", "a1*sin(theta2) + cos(theta1) + theta2"), "1"),
-    (SAME.format("S_12*dtheta1 + th12", "sin(theta1 + theta2)*qd1 + theta1 + theta2"), "1"),
-]
 FOUND_AND_FALSE = (
     "block([c: qdot_conditions({}), t: [theta2 = %pi/2, theta2 = -%pi/2]],"
     " [qdot_count_found(c, t), qdot_false_conditions(c, t)])"
 )
-CHECK_SET = 'is(qdot_check_set({}) # "")'
-TYPED_SETS = {
-    "{theta2 = %pi/2, theta2 = -%pi/2}": "[2,0]", "{theta_2 = %pi/2 + k*%pi}": "[2,0]", "cos(t2) = 0": "[2,0]",
-    "theta2 = #pm#(%pi/2)": "[2,0]", "theta2 = %pi/2 nounor theta2 = 3*%pi/2": "[2,0]", "{q2 = %pi/2, -%pi/2}": "[2,0]",
-    "th2 = [%pi/2, -%pi/2]": "[2,0]", "2*theta2 = (2*n + 1)*%pi": "[2,0]", "[-%pi/2 = theta2]": "[1,0]",
-    "{theta2 = k*%pi/2}": "[2,2]", "{theta2 = theta1}": "[0,1]", "{theta2 = %pi/2, theta1 = 0, theta1 = %pi}": "[1,1]",
-}  # fmt: skip
-UNREAD_SETS = ("{0, %pi}", "{theta3 = 0}", "{theta2}", "{theta2*sin(theta2) = 0}", "{theta2 = 1.571}", "{theta2 = x}")
-SETS = [
-    *((FOUND_AND_FALSE.format(typed), counts) for typed, counts in TYPED_SETS.items()),
-    *((CHECK_SET.format(typed), "false") for typed in TYPED_SETS),
-    *((CHECK_SET.format(typed), INVALID) for typed in UNREAD_SETS),
-    ("qdot_count_found([theta2 = 0.5], [theta2 = 1/2])", "1"),
-    ("qdot_count_found([theta2 = 2*%pi + 1/2], [theta2 = 1/2])", "1"),
-    ("qdot_count_found([theta2 = 180], [theta2 = %pi])", "0"),
-    ("qdot_false_conditions([theta2 = 1/2, 5, x + y, theta1 = 1/2], [theta2 = 1/2])", "3"),
-    ("qdot_false_conditions([theta2 = 1/2, theta1 = 0, theta1 = 1], [theta2 = 1/2])", "1"),
-    ("qdot_false_conditions([theta2 = 1/2, theta2 = 0, theta2 = 1], [theta2 = 1/2])", "2"),
-    ("qdot_count_found([d2 = 2*%pi], [d2 = 0])", "0"),
-    ("qdot_set_share([[1, 2]], 0)", "2/3"),
-    ("qdot_set_share([[0, 2], [1, 1]], 1)", "1/4"),
-    ("qdot_set_share([[2, 2]], 2)", "0"),
+SAME, INVALID_FORMULA = "qdot_same(qdot_values(qdot_read({})), {})", 'is(qdot_check_formulas({}) # "")'
+INVALID_SET = 'is(qdot_check_set({}) # "")'
+FORMULAS = [
+    *((SAME.format(*pair), value) for key, value in (("same", "1"), ("different", "0")) for pair in CASES[key]),
+    *((SIGN_AND_FACTOR_ERRORS.format(*case), str(count)) for *case, count in CASES["sign_and_factor_errors"]),
+    *((INVALID_FORMULA.format(typed), "false") for typed in CASES["valid_formulas"]),
+    *((INVALID_FORMULA.format(typed), "true") for typed in CASES["invalid_formulas"]),
 ]
+SETS = [
+    *((FOUND_AND_FALSE.format(typed), counts) for typed, counts in CASES["sets"]),
+    *((INVALID_SET.format(typed), "false") for typed, _ in CASES["sets"]),
+    *((INVALID_SET.format(typed), "true") for typed in CASES["invalid_sets"]), *map(tuple, CASES["calls"]),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "cases"), [("determinant", FORMULAS), ("singular-angles", SETS)])
