@@ -87,7 +87,7 @@ def make_family_params(names: Iterable[str]) -> list[object]:
 
 
 EXAMPLES = (
-    "exercises/derivation/test_derivation.py", "exercises/formula/test_equality.py",
+    "exercises/arm/test_kinematics.py", "exercises/formula/test_equality.py",
     "exercises/mistakes/test_catalogue.py::test_every_mistake_is_wrong_and_named[elbow-3r]",
     "exercises/questions/test_questions.py::test_id_regenerates_the_stored_problem",
     "exercises/questions/test_questions.py::test_answers_are_well_formed",

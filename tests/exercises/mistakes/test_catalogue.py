@@ -26,7 +26,7 @@ ASKED = {
 }  # fmt: skip
 """Questions in which all mistakes can be made, those first whose answers are short."""
 IN_FORMULAS = {mistake.name for mistake in SECTIONS["The finished formulas"]}
-"""Mistakes in finished formulas, which do not change a derivation: test_formula_mistakes.py makes them."""
+"""Mistakes in finished formulas, which do not change a derivation: test_diagnosis.py makes them."""
 SELDOM = {
     "rank-of-one-condition", "orientation-as-one-component", "square-lost", "tangent-inverted",
     "value-called-singular",
