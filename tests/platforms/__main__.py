@@ -36,10 +36,7 @@ def main(names: list[str]) -> int:
         for check, count in record.counts.items():
             print(f"  {check}: {count.passed} of {count.of}{f' ({count.but})' if count.but else ''}")
         elapsed, processor_time = time.monotonic() - start, _measure_processor_time() - start_processor
-        print(
-            f"  in {elapsed:.0f} s, {processor_time:.0f} s of processor time",
-            flush=True,
-        )
+        print(f"  in {elapsed:.0f} s, {processor_time:.0f} s of processor time", flush=True)
         if not all(count.all_passed_or_excused for count in record.counts.values()):
             failed.append(name)
     if failed:

@@ -13,6 +13,7 @@ from qdot.exercises.arm.trigonometry import (
     to_textbook_form,
     write_in_textbook_form,
 )
+from tests.support import read_cases
 from tests.support.suites import select_for_suite
 
 T1, T2, T3, A1, A2, A3 = sp.symbols("theta1 theta2 theta3 a1 a2 a3")
@@ -110,15 +111,7 @@ def test_equal_lengths_are_factored_out_of_sums() -> None:
     assert product.substitute({a2: a, a3: a}) == a**3 * sp.sin(t3) * (sp.cos(t2) + sp.cos(t2 + t3))
 
 
-@pytest.mark.parametrize(
-    "product",
-    [
-        "a*x + b", "(a*x + b)*(c + d)", "(a*x*y + b*y + 1)*(c**2 + d**2)", "(2*a + 3*b)*(x**2 - 1)",
-        "(x**2 - y**2)**2*a", "(a - b)*(a + b*c)*(x + y)", "x*y*(a*x - 2*y)", "-6*(a + b)*(2*x - 3*y)",
-        "(a/2 + b)*(x + y/3)", "(a*x + a*y)*z**3",
-        "x**2 + y**2", "(x**2 + 1)*(x**2 + 2)", "5", "(a*(x + y) + b*(x - y))*(x**2 + x*y + y**2)",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("product", read_cases("equal")["products"])
 def test_factors_agree_with_sympy(product: str) -> None:
     """A factor that is linear in some symbol is found without general factorization."""
     whole = sp.expand(sp.sympify(product))

@@ -448,16 +448,7 @@ def test_invalid_decimals_key_names_its_line(folder: Path, line: str, message: s
         _load_with_line(folder, line)
 
 
-@pytest.mark.parametrize(
-    ("family", "question", "tolerance", "message"),
-    [
-        ("planar-2r", "joint-rates", "1 deg/s", ""), ("planar-2r", "joint-rates", "0.01 m/s", "are in rad/s"),
-        ("polar-rp", "joint-rates", "1 deg/s", "are in rad/s and m/s"), ("planar-2r", "manipulability", "1 cm^2", ""),
-        ("planar-2r", "manipulability", "1 cm", "in m\\^2"), ("planar-2r", "condition-number", "1 deg/s", "no unit"),
-        ("elbow-3r", "lost-direction", "1 deg/s", "no unit"), ("planar-3r", "rank", "1 deg/s", ""),
-        ("planar-2r", "jacobian", "1 mm", ""),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("family", "question", "tolerance", "message"), read_cases("answers")["tolerances"])
 def test_a_tolerance_has_the_unit_of_the_answer(
     folder: Path, family: str, question: str, tolerance: str, message: str
 ) -> None:

@@ -208,18 +208,7 @@ def test_at_most_twelve_plus_minus_signs_are_parsed(sign: str) -> None:
         parse_formula(f"{sign}a2" * 13)
 
 
-WORKED_OUT = [
-    ("2*[1, 3]", [[2], [6]]), ("[[1, 2], [3, 4]]/2", [[0.5, 1], [1.5, 2]]), ("-[1; 2]", [[-1], [-2]]),
-    ("[1, 2] + 2*[3, 4]", [[7], [10]]), ("[1; 2] - [3; 4]", [[-2], [-2]]), ("[[1, 2], [3, 4]] [5; 6]", [[17], [39]]),
-    ("1/2 [[1, 2], [3, 4]] * [5, 6]", [[8.5], [19.5]]), ("[[5, 6]]*[[1, 2], [3, 4]]", [[23, 34]]),
-    ("[[1, 2], [3, 4]]^-1", [[-2, 1], [1.5, -0.5]]),
-    ("inv([2, 0, 0; 0, 4, 0; 0, 0, 1])", [[0.5, 0, 0], [0, 0.25, 0], [0, 0, 1]]),
-    ("([[1, 2], [3, 4]] [[1, 0], [0, 2]])^T", [[1, 3], [4, 8]]), ("[1 + 2] 3", [[9]]),
-    ("[1, 2][3, 4]", [[1, 2], [3, 4]]),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("text", "expected"), WORKED_OUT)
+@pytest.mark.parametrize(("text", "expected"), read_cases("equal")["worked_out"])
 def test_matrix_operations_are_computed(text: str, expected: list[list[float]]) -> None:
     rows = as_matrix(parse_formula(text))
     values = [evaluate(compile_program(row), {}, 1).values[:, 0].real.tolist() for row in rows]

@@ -25,6 +25,7 @@ from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import evaluate_constant
 from qdot.exercises.formula.set_parser import Piece, parse_pieces, parse_typed_set
 from qdot.exercises.formula.trees import ParseError
+from tests.support import read_cases
 
 JOINTS = ("theta1", "theta2", "theta3")
 DOMAIN = Domain({**dict.fromkeys(JOINTS, "angle"), "a1": "length", "a2": "length"})
@@ -241,15 +242,7 @@ def test_each_integer_variable_multiplies_the_cases() -> None:
             parse_typed_set(parse_formula(tied.replace("m", "1").replace("*1", "")), JOINTS)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "{theta1 = k*pi, theta2 = n*pi, LONG = m}", "[theta1 = k*pi, theta2 = n*pi, LONG = m]",
-        "{theta1: k*pi, theta2: n*pi, theta3: {m*pi, LONG2}}", "theta1 = k*pi or theta2 = n*pi or LONG = m",
-        "theta1 = k*pi and theta2 = n*pi and theta3 = LONG2", "theta1 in {k*pi, LONG2}",
-        "theta1 = {k*pi, n*pi/2, LONG2 + m*pi}",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("text", read_cases("sets")["with_integers"])
 def test_integers_of_different_conditions_do_not_multiply(text: str) -> None:
     """Each condition has 13 cases of some hundred nodes; multiplied they would be 2,197."""
     long = " + ".join(f"sin({k}*theta1)" for k in range(1, 20))

@@ -397,27 +397,10 @@ def test_singular_configurations_are_put_into_the_own_jacobian() -> None:
         assert not said.startswith("Not checked") or told.endswith("Your answers are still graded.")
 
 
-TEXTS = {
-    "jacobian": (
-        "[-a1*s1 - a2*s12, -a2*s12; a1*c1 + a2*c12, a2*c12]", "[[-a1 s1 - a2 s12, -a2 s12], [a1 c1 + a2 c12, a2 c12]]",
-        "-a1*s1 - a2*s12, -a2*s12\na1*c1 + a2*c12, a2*c12",
-    ),
-    "determinant": (
-        "a1*a2*s2", "a1 a2 s2", "det J = a1*a2*sin(theta2)", "a1·a2·sin(θ₂)", "a1*a2*s_2", "a1 a2 sin(q2)",
-        "a1^2 a2 s2/a1",
-    ),
-    "position": (
-        "[a1*c1 + a2*c12, a1*s1 + a2*s12]", "a1*c1 + a2*c12, a1*s1 + a2*s12", "(a1*c1 + a2*c12; a1*s1 + a2*s12)",
-        "x = a1*c1 + a2*c12, y = a1*s1 + a2*s12", "[a1 c1 + a2 c12; a1 s1 + a2 s12]",
-    ),
-}  # fmt: skip
-
-
 def test_a_notebook_answered_in_text_is_checked_like_any_other() -> None:
-    for name, texts in TEXTS.items():
-        for text in texts:
-            told = _told(_plain(), {**ANSWERS, name: text})
-            assert {said for question, said in told.items() if question != SINGULAR} == {"Yes."}, (text, told)
+    for name, text in read_cases("answers")["typed"]:
+        told = _told(_plain(), {**ANSWERS, name: text})
+        assert {said for question, said in told.items() if question != SINGULAR} == {"Yes."}, (text, told)
 
 
 def test_a_problem_of_short_questions_has_no_function_for_checks() -> None:

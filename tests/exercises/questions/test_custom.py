@@ -30,11 +30,7 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.exports.stack_parts import StackPart, convert_part
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.trees import find_names
-from qdot.exercises.notebook.notebook import (
-    NotebookContent,
-    draw_singular_configurations,
-    make_student_notebook,
-)
+from qdot.exercises.notebook.notebook import NotebookContent, draw_singular_configurations, make_student_notebook
 from qdot.exercises.notebook.problem_formats import show_assignment
 from qdot.exercises.problem.problem import Part, Problem, list_table_numbers
 from qdot.exercises.questions import QUESTIONS
@@ -113,13 +109,7 @@ def test_gallery_question_is_certified_and_marked(name: str, tmp_path: Path) -> 
 # --- each kind of answer ---
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "norm(p)", "ddt(norm(p))", "p/norm(p)", "sin(theta1)*sqrt(5 + cos(theta2))", "norm(v)*det(J)/dot(p, p)",
-        "exp(theta1)", "ddt(exp(theta2)*p.x)", "ddt(1/dot(p, p))", "ddt(log(dot(p, p)))", "ddt(abs(p.x))",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("answer", read_cases("own_questions")["roots_and_quotients"])
 def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> None:
     """With the usual step of differences, the last three could not be certified for one of these arms."""
     definition = Definition("mine", answer, (Texts("Mine", "x"),))
@@ -223,37 +213,21 @@ def test_text_answer_is_left_for_manual_grading(tmp_path: Path) -> None:
     assert (blank.judgement.outcome, blank.points) == (Outcome.MISSING, 0)
 
 
-TYPED_TEXTS = [
-    ("p1_mine = The third joint is redundant.", "code", "The third joint is redundant."),
-    ("p2_mine = 'It's det J\nthat is zero.'", "code", "It's det J\nthat is zero."),
-    ('p3_mine = """It has rank 1', "code", "It has rank 1"),
-    ("Because det J = 0, it can't move.", "code", "Because det J = 0, it can't move."),
-    ("Because det J = 0.", "markdown", "Because det J = 0."),
-    ("p6_mine = redundant", "code", "redundant"),
-    ("p7_mine = Two words\n\np7_other = 3", "code", "Two words"),
-    ("p8_mine = ", "code", None), ("p9_mine = blank blank", "code", None), ("import sympy", "code", None),
-    ('p11_mine = b"Because det J = 0."', "code", "Because det J = 0."),
-    ('p12_mine = f"J is {Matrix([[1, 0], [0, 1]])}."', "code", "J is Matrix([[1, 0], [0, 1]])."),
-    ('p13_mine = "J = " + Matrix([[1, 0], [0, 1]])', "code", '"J = " + Matrix([[1, 0], [0, 1]])'),
-    ("p14_mine = J = [[1, 0], [0, 1]] is regular.", "code", "J = [[1, 0], [0, 1]] is regular."),
-    ("J is [[1, 0],\n[0, 1]].", "markdown", "J is [[1, 0],\n[0, 1]]."),
-]  # fmt: skip
-
-
 def test_text_without_quotes_is_shown_to_the_person_who_marks_it(tmp_path: Path) -> None:
     problem = make_problem(tmp_path, 'prompt = "Why?"\nanswer = "text"')
-    problems = {f"p{number}": problem for number in range(1, len(TYPED_TEXTS) + 1)}
+    typed_texts = read_cases("own_questions")["typed_texts"]
+    problems = {f"p{number}": problem for number in range(1, len(typed_texts) + 1)}
     notebook = make_student_notebook(NotebookContent("T", "hw", "s1", list(problems.items())))
     cells = [cell for cell in notebook.cells if cell.metadata.get("qdot", {}).get("part")]
-    for cell, (source, cell_type, _) in zip(cells, TYPED_TEXTS, strict=True):
+    for cell, (source, cell_type, _) in zip(cells, typed_texts, strict=True):
         cell.source, cell.cell_type = source, cell_type
         if cell_type == "markdown":
             del cell["outputs"], cell["execution_count"]
     path = tmp_path / "mine.ipynb"
     path.write_text(nbformat.writes(notebook), encoding="utf-8")
     marked, rows = grade_notebook(path, problems), check_notebook(path).rows
-    for (verdict,), row, (source, _, answer) in zip(marked.values(), rows, TYPED_TEXTS, strict=True):
-        if answer is None:
+    for (verdict,), row, (source, _, answer) in zip(marked.values(), rows, typed_texts, strict=True):
+        if not answer:
             assert (verdict.judgement.outcome, row.is_readable) == (Outcome.MISSING, False), source
         else:
             assert (verdict.judgement.reason, verdict.points, verdict.answer) == (AWAITS_PERSON, None, answer), source
@@ -566,13 +540,7 @@ def test_a_unit_that_does_not_fit_is_said(answer: str, unit: str | None, warning
     assert (warning or "") in errors and bool(errors) == (warning is not None)
 
 
-@pytest.mark.parametrize(
-    ("text", "is_right"),
-    [
-        ("{0} rad/s, {1} m/s", True), ("{0}, {1}", True), ("{2} deg/s, {3} mm/s", True), ("{0} m/s, {1} rad/s", False),
-        ("{0} rad/s, {1} rad/s", False), ("{0} kg, {1} s", False),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("text", "is_right"), read_cases("own_questions")["units_of_rates"])
 def test_numbers_may_have_different_units(text: str, is_right: bool, tmp_path: Path) -> None:
     given = 'prompt = "{given}"\ngiven = ["pose", "rates"]\nanswer = "qd"\nunit = "rad/s, m/s"'
     problem = make_problem(tmp_path, given, "polar-rp")

@@ -13,7 +13,7 @@ from qdot.grader.grading.result import PartResult
 from qdot.grader.judging.formulas import format_value
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.reports.feedback_levels import limit_feedback
-from tests.support import results
+from tests.support import read_cases, results
 from tests.support.problems import get_problem, select_parts
 from tests.support.suites import WHOLE, few_families
 
@@ -92,20 +92,7 @@ def test_unreadable_and_right_answers_are_reported_at_every_level(level: str) ->
     assert "couldn't parse" in limit_feedback(make_part_result("p1", verdicts[0]), level).reason
 
 
-@pytest.mark.parametrize(
-    ("reason", "level", "expected"),
-    [
-        ("your answer differs at theta1 = 0.5: yours 1, expected 2", "mistake", "your answer is wrong"),
-        ("right but for its sign, which earns 80 %; your answer differs at a1 = 2: yours 4, expected -4", "mistake",
-         "right but for its sign, which earns 80 %"),
-        ("you found part of the condition; this configuration is not singular: theta2 = 0.5", "mistake",
-         "you found part of the condition; your answer includes a configuration that is not singular"),
-        ("correct except for rounding: theta2 = 3.14; write the exact value, such as pi/3", "mistake",
-         "correct except for rounding; write the exact value, such as pi/3"),
-        ("a singular configuration is missing: theta2 = 0.5, a1 = 2; this configuration is not singular: theta2 = 1",
-         "counterexample", "a singular configuration is missing; this configuration is not singular: theta2 = 1"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("reason", "level", "expected"), read_cases("answers")["limited_reasons"])
 def test_a_limited_reason_is_still_a_sentence(reason: str, level: str, expected: str) -> None:
     wrong = results.make_part("position", "wrong", 1.0, reason=reason, certificate=Certificate("exact", 1))
     assert limit_feedback(wrong, level).reason == expected

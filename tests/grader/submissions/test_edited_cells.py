@@ -16,11 +16,7 @@ from nbformat import NotebookNode
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.generation import generate
-from qdot.exercises.notebook.notebook import (
-    NotebookContent,
-    make_solution_notebook,
-    make_student_notebook,
-)
+from qdot.exercises.notebook.notebook import NotebookContent, make_solution_notebook, make_student_notebook
 from qdot.exercises.notebook.notebook import write_notebook as write_released_notebook
 from qdot.exercises.notebook.self_check import SELF_CHECK, Problems
 from qdot.exercises.problem.problem import name_answer_variable
@@ -29,6 +25,7 @@ from qdot.grader.grading.result import Result
 from qdot.grader.sandbox.sandbox import Run, Sandbox
 from qdot.grader.submissions.answer_locator import find_answers, guess_parts
 from qdot.grader.submissions.cells import Cell, empty_self_checks, read_cells
+from tests.support import read_cases
 from tests.support.command import run
 from tests.support.problems import get_problem, sample_parts
 from tests.support.submitting import (
@@ -322,29 +319,12 @@ def test_rerunning_a_cell_changes_no_answer_already_found(sandbox: Sandbox) -> N
     assert len(result.notes) == 1 and has_words(result.notes, "cell 2 NameError: 'late' p1_b")
 
 
-FAILING_ANSWERS = {
-    "p1_a = no.det": "'no' cell 2 line 2 (ModuleNotFoundError: nosuchlibrary as no",
-    "p1_b = lost": "NameError: 'lost' cell 1 line 1 (ZeroDivisionError: The line is “p1_b = lost",
-    "import scipy_not_here.linalg as la\np1_c = la.norm([1, 2])":
-        "NameError: 'la' cell 5 line 1 (ModuleNotFoundError: import scipy_not_here.linalg as la",
-    "p1_d = 0.5^2": "a1**2; quotes",
-    "p1_e = 90\u00b0": "quotes",
-    "p1_f = never_set": "No cell above sets never_set. Define it restart the kernel",
-    "p1_g = Cos(0)": "write cos",
-    "p1_h = p1_loss": "No cell above sets p1_loss",
-    "p1_i = [x = 0]": "write an equation as Eq(theta2, 0)",
-    "p1_j = [x x]": "comma or a multiplication sign (*)",
-    "p1_k = C  # my choice": 'Type the letter of an option in quotes, as in "C"',
-}  # fmt: skip
-"""Answers p1_a to p1_k, each with words of the reason why it is missing."""
-
-
 def test_the_reason_names_the_cell_that_should_have_defined_a_name(sandbox: Sandbox) -> None:
-    parts = [f"p1.{letter}" for letter in "abcdefghijk"]
+    failing, parts = read_cases("answers")["failing"], [f"p1.{letter}" for letter in "abcdefghijk"]
     cells = [Cell("1/0\nlost = 1"), Cell("x = 1\nimport nosuchlibrary as no")]
-    cells += [Cell(source, part) for source, part in zip(FAILING_ANSWERS, parts, strict=True)]
+    cells += [Cell(source, part) for (source, _), part in zip(failing, parts, strict=True)]
     reasons = find_answers(cells, parts, sandbox.run).missing_reasons
-    for part, words in zip(parts, FAILING_ANSWERS.values(), strict=True):
+    for part, (_, words) in zip(parts, failing, strict=True):
         reason = reasons[part.replace(".", "_")]
         assert has_words([reason], words), reason
         assert ("cell 1" in reason) == (part == "p1.b"), "a cell that does not set the name is no cause"
