@@ -36,7 +36,7 @@ from qdot.exercises.writing.languages import ENGLISH
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solutions, write_statement
 from qdot.exercises.writing.render import find_template_folder, make_environment
 from tests.exercises.arm.poses import Matrix, compute_exponential, compute_origin_pose, rotate_about, translate
-from tests.support import ROOT, read_cases
+from tests.support import ROOT, read_cases, read_data
 from tests.support.suites import few_families, on_families, select_for_suite
 
 R = sp.Rational
@@ -221,20 +221,7 @@ def test_no_library_robot_has_a_rounded_table() -> None:
     assert [name for name in list_robots() if read_robot_file(find_robot_path(name)).is_table_rounded] == []
 
 
-URDF = """<?xml version="1.0"?>
-<robot name="three">
-  <link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="tool"/><link name="camera"/>
-  <joint name="shoulder" type="continuous"><parent link="base"/><child link="a"/>
-    <origin xyz="0 0 0.4" rpy="0 0 1.5708"/><axis xyz="0 0 1"/></joint>
-  <joint name="elbow" type="revolute"><parent link="a"/><child link="b"/>
-    <origin xyz="0.3 0 0" rpy="1.57079632679 0 0.2"/><axis xyz="0 -1 0"/>
-    <limit lower="-1" upper="2.5" effort="1"/></joint>
-  <joint name="slide" type="prismatic"><parent link="b"/><child link="c"/>
-    <origin xyz="0 0.1 0"/><axis xyz="1 0 1"/><limit lower="0" upper="0.5"/></joint>
-  <joint name="mount" type="fixed"><parent link="c"/><child link="tool"/><origin xyz="0 0 0.12" rpy="0 0.3 0"/></joint>
-  <joint name="look" type="fixed"><parent link="a"/><child link="camera"/></joint>
-</robot>
-"""
+URDF = read_data("three.urdf")
 
 
 def test_urdf_gives_the_poses_of_its_origins_and_axes(write_urdf: Callable[..., Path]) -> None:

@@ -48,25 +48,14 @@ from qdot.grader.cli import export_commands
 from qdot.grader.cli.main import app
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.marking.marking import compute_earned_share
+from tests.support import read_data
 from tests.support.command import run, run_and_fail, runner
 from tests.support.problems import get_problem
 from tests.support.site_scripts import write_stand_in_assets
 from tests.support.submitting import make_class
 from tests.support.suites import select_for_suite
 
-TOML = """title = "Arms & <signs>"
-key = "hw"
-hints = true
-[[problem]]
-family = "planar-2r"
-questions = ["jacobian", "determinant", "jacobian-size", "joint-effect", "lost-direction", "joint-torques"]
-[[problem]]
-family = "planar-2r"
-questions = ["singular-angles", "dependence", "true-or-false"]
-[[problem]]
-family = "planar-2r"
-questions = ["speed"]
-"""
+TOML = read_data("assignments/items.toml")
 
 
 def make_request(folder: Path, toml: str = TOML, variants: int = 2) -> ExportRequest:

@@ -40,6 +40,7 @@ from qdot.exercises.exports.items import (
 from qdot.exercises.exports.typed_numbers import list_accepted_texts
 from qdot.exercises.reference_answers import LETTERS
 from tests.exercises.exports.test_items import make_request
+from tests.support import read_data
 from tests.support.programs import require_reader
 
 TOML = """title = "Arms & <signs> / more"
@@ -361,35 +362,7 @@ def list_package_paths(package: Package) -> set[str]:
     return {path for name, data in package.items() if name.endswith(".xml") for path in list_paths(parsed(data))}
 
 
-TEXT2QTI = """Quiz title: T
-
-1.  True
-*a) True
-b) False
-
-GROUP
-pick: 1
-points per question: 2
-
-1.  Another choice
-... general
-a)  6
-... told
-*c) 5
-
-2.  Several more
-... general
-[*] 2
-... told
-[ ] 3
-[*] 4
-
-3.  Another number
-... general
-=   1.4142 +- 0.0001
-
-END_GROUP
-"""
+TEXT2QTI = read_data("text2qti.txt")
 
 
 def test_canvas_package_has_the_structure_of_text2qti(

@@ -27,26 +27,11 @@ from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.reference_answers import LETTERS, Expression, Matrix
 from qdot.grader.integrations.prairielearn import MAX_ANSWER_LENGTH
+from tests.support import read_data
 from tests.support.prairielearn_forms import fill_form
 from tests.support.submitting import make_class
 
-TOML = """title = "Velocity \\"kinematics\\""
-key = "Hw"
-hints = true
-[[problem]]
-family = "planar-2r"
-questions = ["position", "jacobian", "determinant", "joint-rates", "singular-angles", "singularity-type"]
-points = [1, 2, 1, 1.5, 2, 1]
-[[problem]]
-family = "scara"
-questions = ["jacobian", "singularity-meaning", "dependence"]
-[[problem]]
-robot = "arm.toml"
-questions = ["velocity", "rank"]
-[[problem]]
-family = "elbow-3r"
-questions = ["singular-configurations", "match-columns", "true-or-false", "singular-drawing", "jacobian-size", "speed"]
-"""
+TOML = read_data("assignments/prairielearn.toml")
 ROBOT = """name = "Slide"
 task = ["vx", "vz"]
 joint = [

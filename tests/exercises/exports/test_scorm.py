@@ -26,22 +26,11 @@ from qdot.exercises.exports.registry import EXPORT_FORMATS
 from qdot.exercises.site import pages
 from qdot.grader.cli.main import app
 from tests.exercises.exports.test_items import make_request
+from tests.support import read_data
 from tests.support.command import run, run_and_fail, runner
 from tests.support.site_scripts import write_stand_in_assets
 
-TOML = """title = "Arms & <signs>"
-key = "hw-1.a"
-feedback = "solutions"
-[[problem]]
-family = "planar-2r"
-questions = ["determinant", "joint-effect"]
-points = [3, 0.5]
-credit = {determinant = "whole"}
-[[problem]]
-family = "polar-rp"
-questions = ["position"]
-credit = {position = 0.5}
-"""
+TOML = read_data("assignments/scorm.toml")
 
 
 @pytest.fixture(scope="module")

@@ -29,23 +29,11 @@ from qdot.exercises.problem.credit import Credit
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.marking.marking import compute_earned_share
-from tests.support import read_cases
+from tests.support import read_cases, read_data
 from tests.support.programs import MAXIMA, require_program
 from tests.support.submitting import make_class
 
-TOML = """title = "Velocity kinematics/1"
-key = "hw"
-hints = true
-[[problem]]
-family = "planar-2r"
-questions = ["position", "jacobian", "determinant", "joint-rates", "singular-angles", "singularity-type"]
-points = [1, 2, 1, 1, 2, 1]
-credit = {jacobian = "columns"}
-decimals = {determinant = 3}
-[[problem]]
-family = "polar-rp"
-questions = ["manipulability", "match-columns"]
-"""
+TOML = read_data("assignments/stack.toml")
 PLUGIN = "plugin_qtype_stack_question"
 OWN_EQUALITY = "test_AlgEquiv(a, b, opt) := is(a = b)$"
 """Response trees compare integers and lists of integers."""

@@ -57,7 +57,7 @@ from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import AWAITS_PERSON, Outcome
 from qdot.grader.marking.marking import mark
-from tests.support import read_cases
+from tests.support import read_cases, read_data
 from tests.support.command import run, run_and_fail, runner
 from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
 from tests.support.suites import select_for_suite
@@ -332,31 +332,7 @@ def test_digest_of_problems_ignores_wording(tmp_path: Path) -> None:
 
 # --- commands and exports ---
 
-EVERY_KIND = """
-[question.midpoint]
-prompt = "Find the velocity of the middle of link 2 in {base}."
-answer = "ddt((o1 + o2)/2)"
-rows = ["v_x", "v_y"]
-[question.tip]
-prompt = "At {pose}, with joint rates {rates}, how fast does $P$ move?"
-given = ["pose", "rates"]
-answer = "norm(v)"
-unit = "m/s"
-[question.where]
-prompt = "Where is the arm singular?"
-answer = "zeros(det(J))"
-[question.which]
-prompt = "Which of these is $x_2$?"
-options = ["x2", "y2", "x1", "z0"]
-shown = "formula"
-[question.why]
-prompt = "Explain why."
-answer = "text"
-solution = "Because the rates grow without limit."
-[[problem]]
-family = "planar-2r"
-questions = ["midpoint", "tip", "where", "which", "why"]
-"""
+EVERY_KIND = read_data("assignments/every_kind_of_own_question.toml")
 
 
 @pytest.mark.parametrize("name", [name for name in EXPORT_FORMATS if name != "scorm"])  # needs the site's scripts
@@ -809,16 +785,7 @@ def test_error_names_the_file_the_line_and_the_key(question: str, place: str, tm
     assert f"hw/mine.toml: {place}" in run_and_fail("verify", path, "--family", "planar-2r")
 
 
-ROBOTICS_TEXT = r"""
-Let $\vec{v} = \mathbf{J}(\boldsymbol{q})\,\dot{\boldsymbol{q}}$,
-$\hat{\mathbf{z_{1}}} \perp \bar{a} \parallel \tilde{b}$,
-$\lVert v\rVert \ne \|\ddot q\|$, $J^\top \in \mathbb{R}^{n \times 3}$, $\operatorname{rank} J = \max_i \min_j r_{ij}$,
-$\mathcal{N}(J)$, $\int_0^\infty \!\nabla f\,\mathrm{d}t$, $\forall i = 1, \ldots, n$,
-$\angle(\overline{AB}, \underline{CD})$, $\hat\langle \lfloor √$,
-$a \rightarrow \begin{pmatrix} 1 & {p.x} \\ \frac{{a1}}{b_{1}} & 0 \end{pmatrix}$ and \$5:
-
-$$f = \begin{cases} x & \text{if } x > 0 \\ \dot{\hat{\mathbf{x_{1}}}} & \text{else} \end{cases}$$
-"""
+ROBOTICS_TEXT = read_data("robotics.md")
 
 
 def test_latex_of_robotics_is_shown_in_every_format(tmp_path: Path) -> None:

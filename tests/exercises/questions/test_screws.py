@@ -45,6 +45,7 @@ from qdot.exercises.writing.problem_texts import (
     write_statement,
 )
 from tests.repository.test_schemas import find_schema_errors
+from tests.support import read_data
 from tests.support.solving import solve_to_json
 from tests.support.suites import SHAPES, few_families, on_families, select_for_suite
 from tests.tools.diagnoses import classify_diagnosis, make_wrong_answers
@@ -358,19 +359,7 @@ def test_only_the_unusual_order_changes_the_digest() -> None:
     assert "twist_order" not in make_arm_json(table_arm)
 
 
-ARM = """name = "arm"
-convention = "screws"
-twist_order = "v-omega"
-point = ["a1 + a2", 0, 0]
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = [0, 0, 0]
-[[joint]]
-kind = "R"
-axis = [0, 0, 1]
-point = ["a1", 0, 0]
-"""
+ARM = read_data("screws_with_order.toml")
 
 
 def test_robot_file_contains_the_order(tmp_path: Path) -> None:

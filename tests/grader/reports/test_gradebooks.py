@@ -18,6 +18,7 @@ from qdot.grader.reports.excel import make_workbook
 from qdot.grader.reports.formats import write_requested_reports
 from qdot.grader.reports.gradebooks import RESERVED_PHRASES, make_canvas_csv, make_moodle_csv
 from qdot.grader.reports.grades_table import make_grades_csv
+from tests.support import read_data
 from tests.support.command import run, run_and_fail
 from tests.support.results import make_result
 from tests.support.submitting import TOML, make_class
@@ -28,20 +29,9 @@ IGNORED_TITLES = (
 )  # fmt: skip
 
 
-CANVAS_EXPORT = """Student,ID,SIS User ID,SIS Login ID,Section,Quiz 1 (7),T (12),Current Score,Final Score
-,,,,,Manual Posting,,,
-    Points Possible,,,,,5,4,(read only),(read only)
-"Lovelace, Ada",101,S-1,ada,Monday,5,,100,100
-"Erdős, Paul",102,S-2,paul@example.org,Monday and Friday,4,EX,80,80
-"Noether, Emmy",103,,emmy,Friday,3,2.5,60,60
-"Student, Test",900,,aa0f3bb3c1de0d3ad6a8f4a2a2a1c0ffee012345,Monday,,,,
-"""
+CANVAS_EXPORT = read_data("downloads/canvas_gradebook.csv")
 
-MOODLE_EXPORT = """First name,Last name,ID number,Email address,Sheet 1 (Real),Last downloaded from this course
-Ada,Lovelace,0042,ada@example.org,5.00,1767225600
-Paul,Erdős,0043,paul@example.org,-,1767225600
-Emmy,Noether,0044,emmy@example.org,3.50,1767225600
-"""
+MOODLE_EXPORT = read_data("downloads/moodle_gradebook.csv")
 
 Make = Callable[..., Assignment]
 
