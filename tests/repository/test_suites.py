@@ -10,7 +10,7 @@ import pytest
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
-from tests.bench.figures import BEGIN, DOCUMENT, END, RECORD, Figure, table
+from tests.bench.figures import BEGIN, DOCUMENT, END, RECORD, table
 from tests.support import ROOT, problem_cache, suites
 from tests.support.suites import SHAPES, classify_shape, sample_for_suite, select_families
 
@@ -63,20 +63,6 @@ def test_problems_are_cached_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 def test_the_table_is_from_the_last_run() -> None:
     text = DOCUMENT.read_text(encoding="utf-8").split(BEGIN)[1].split(END)[0].strip()
     assert text == table(json.loads(RECORD.read_text(encoding="utf-8")))
-
-
-@pytest.mark.parametrize(
-    ("figure", "is_met", "ratio"),
-    [
-        (Figure("a", 0.9, "b", 0.3, 1, of_seconds=True), True, 3),
-        (Figure("a", 0.4, "b", 0.2, 1.5), False, 2),
-        (Figure("a", 0.1, "b", 6, 50, is_least=True), True, 60),
-    ],
-)
-def test_a_goal_is_a_limit_on_seconds_or_on_a_ratio(figure: Figure, is_met: bool, ratio: float) -> None:
-    assert figure.is_met is is_met
-    assert figure.ratio == pytest.approx(ratio)
-    assert figure.cells[-1] == ("yes" if is_met else "**no**")
 
 
 BUSY_PROGRAM = "import time\nwhile time.process_time() < {}: pass\n"

@@ -345,41 +345,11 @@ def test_urdf_with_too_many_joints_is_refused(tmp_path: Path) -> None:
         read_robot(tmp_path, f'<robot name="snake">{links}{joints}</robot>', "snake.urdf")
 
 
-OTHER_NAMES = {"mdh": "modified-dh", "Craig": "modified-dh", "PoE": "screws"}
-DECIMALS = {"-0,4": "write -0.4", "0,4*a1": "a ="}
-MODIFIED_HEAD, AT = HEAD + 'convention = "modified-dh"\n', "point = [1, 0, 0]\n"
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (HEAD + 'convention = "crag"\n' + ROW, 'line 2: convention = "crag": expected "dh" or "modified-dh"'),
-        *((f'{HEAD}convention = "{alias}"\n{ROW}', f'did you mean "{ours}"?') for alias, ours in OTHER_NAMES.items()),
-        (HEAD + 'angles = "deg"\n' + ROW, 'line 2: angles = "deg": expected "radians" or "degrees"'),
-        (HEAD + 'angles = "degrees"\n' + make_row(alpha='"pi/2"'), "pi is not allowed"),
-        (HEAD + 'base = {rpy = [0, 0, "beta1"]}\n' + ROW, "the angles must be numbers"),
-        (MODIFIED_HEAD + make_row(alpha='"alpha1"'), "the first alpha rotates the base"),
-        (HEAD + "base = {at = [0, 0, 0]}\n" + ROW, "{position = [x, y, z]}"),
-        (HEAD + 'point = "O1"\ntool = {position = [0, 0, 1]}\n' + ROW, "the point of interest is the tool's origin"),
-        (HEAD + "point = {frame = 2, offset = [0, 0, 0]}\n" + ROW, 'a frame, "O0"'),
-        (HEAD + make_row("2 - 2*theta1"), '"-theta1"'), (HEAD + make_row("q2"), "q2"),
-        (HEAD + ROW + "limits = [1]\n", "expected two numbers, the lower one first"),
-        (HEAD + ROW + 'limits = ["pi", 0]\n', "expected two numbers, the lower one first"),
-        (HEAD + ROW + "limits = [true, 1]\n", "limits = [true, 1]: expected a number"),
-        (HEAD + ROW + "limits = [-inf, 2]\n", "limits = [-inf, 2]: expected a finite number"),
-        (HEAD + ROW + "limits = [-170, 170]\n", "-170 degrees would be"),
-        (HEAD + 'angles = "degrees"\n' + make_row(a='"cos(60)"'), "sqrt(3)/2"),
-        (SCREWS + SCREW, "the key 'point' is missing"), (SCREWS + "tool = {}\n" + SCREW, "with screws, use `point`"),
-        (SCREWS + AT + ROW, 'belongs to a DH table, but the file has convention = "screws"'),
-        (HEAD + AT + SCREW, "line 5: joint 1: the key 'axis' belongs to an arm described by screw axes"),
-        (MODIFIED_HEAD + SCREW, 'the file has convention = "modified-dh"'),
-        (SCREWS + AT + make_screw(kind="p"), 'line 5: joint 1: kind = "p": expected "R" (revolute) or "P" (prismatic)'),
-        (SCREWS + AT + SCREW.replace("kind", "knd"), "unknown key 'knd'"),
-        (SCREWS + AT + make_screw("[0, 0, 0]"), "the direction of the axis"),
-        *((HEAD + make_row(a=f'"{typed}"'), meant) for typed, meant in DECIMALS.items()),
-    ],
-)  # fmt: skip
-def test_robot_file_error_names_its_place(text: str, message: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("lines", "change", "message"), read_cases("refused_robots")["files"])
+def test_robot_file_error_names_its_place(lines: str, change: str, message: str, tmp_path: Path) -> None:
+    text = HEAD + lines.replace("ROW\n", ROW).replace("SCREW\n", SCREW)
+    if change:
+        text = re.sub(rf"(?m)^{change.partition(' = ')[0]} = .*$", lambda _: change, text)
     with pytest.raises(QdotError, match=rf"robot\.toml: .*{re.escape(message)}"):
         read_robot(tmp_path, text)
 
@@ -416,7 +386,7 @@ def test_limits_and_length_ranges_survive_conversion(tmp_path: Path) -> None:
 
 
 def test_skew_axes_stay_exact(tmp_path: Path) -> None:
-    text = f'{SCREWS}task = ["vx"]\n{AT}{SCREW}' + make_screw('["1/3", "2/3", "2/3"]', "[1, 0, 0]")
+    text = f'{SCREWS}task = ["vx"]\npoint = [1, 0, 0]\n{SCREW}' + make_screw('["1/3", "2/3", "2/3"]', "[1, 0, 0]")
     robot = read_robot(tmp_path, text)
     assert abs(robot.chain.joints[0].alpha) == sp.atan(sp.sqrt(5) / 2)
     assert 'axis = ["1/3", "2/3", "2/3"]' in write_robot_text(robot, "screws")

@@ -13,6 +13,7 @@ import pytest
 from qdot.exercises.assignment.assignment import Student, load_assignment
 from qdot.exercises.assignment.handout import make_file_name, write_links
 from qdot.exercises.common.errors import QdotError
+from tests.support import read_data
 from tests.support.command import run, run_and_fail
 from tests.support.submitting import make_class
 
@@ -20,13 +21,7 @@ STUDENTS = (
     Student("501", "Ada Lovelace", "ada@example.org"), Student("502", "Wei Li", "wei@example.org"),
     Student("503", "Wei Li", "li@example.org"), Student("504", "Zoë Núñez_O'Brien", "zoe@example.org"),
 )  # fmt: skip
-WORKSHEET = """Identifier,Full name,Email address,Status,Grade,"Feedback comments"
-Participant 11,Ada Lovelace,ADA@example.org,No submission,,
-Participant 12,Wei Li,wei@example.org,No submission,,
-Participant 13,Wei Li,li@example.org,No submission,,
-Participant 14,"Zoë Núñez_O'Brien",zoe@example.org,No submission,,
-Participant 15,Teaching Assistant,ta@example.org,No submission,,
-"""
+WORKSHEET = read_data("downloads/moodle_worksheet.csv")
 
 
 @pytest.fixture(scope="module")

@@ -43,15 +43,7 @@ from tests.exercises.exports.test_items import make_request
 from tests.support import read_data
 from tests.support.programs import require_reader
 
-TOML = """title = "Arms & <signs> / more"
-key = "hw"
-hints = true
-feedback = "solutions"
-problem = [
-    {family = "planar-2r", questions = ["jacobian", "determinant", "joint-effect"]},
-    {family = "planar-2r", questions = ["dependence", "true-or-false"]},
-]
-"""
+TOML = read_data("assignments/platforms.toml")
 Element = ElementTree.Element
 Package = dict[str, bytes]
 parsed = ElementTree.fromstring

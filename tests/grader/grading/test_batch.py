@@ -19,19 +19,11 @@ from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.reports.grades_table import find_work_status, make_grades_csv
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import OTHER_VERSION, find_submissions
+from tests.support import read_data
 from tests.support.results import index_by_student
 from tests.support.submitting import answer_and_submit, answer_notebook, release_class, submit, work_in_one_process
 
-TOML = """title = "T"
-key = "hw"
-[[problem]]
-family = "planar-2r"
-variation = "full"
-questions = ["position", "jacobian", "determinant"]
-[[problem]]
-family = "polar-rp"
-questions = ["joint-rates", "singular-angles"]
-"""
+TOML = read_data("assignments/batch.toml")
 STUDENTS = [f"s{i:02d}" for i in range(1, 13)]
 Text = Callable[[str], str]
 

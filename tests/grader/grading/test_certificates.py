@@ -28,21 +28,12 @@ from qdot.grader.cli.main import make_program
 from qdot.grader.grading import certify as certifying
 from qdot.grader.grading.certificates import ProblemRecord
 from qdot.grader.grading.certify import CERTIFIER, VerificationTask, make_record, verify_all
+from tests.support import read_data
 
 JOINTS = [("theta1", '"d1"', "0", '"pi/2"'), ("theta2", "0", '"a2"', "0"), ("theta3", "0", '"a3"', "0")]
 ROWS = [f'[[joint]]\nkind = "R"\ntheta = "{q}"\nd = {d}\na = {a}\nalpha = {alpha}\n' for q, d, a, alpha in JOINTS]
 ARM = f'name = "lab arm"\n{"".join(ROWS)}[draw]\na2 = [0.3, 0.8]\na3 = [0.3, 0.8]\n'
-PROBLEMS = """
-title = "Test"
-key = "test"
-[[problem]]
-robot = "Lab arm.toml"
-questions = ["jacobian", "determinant", "singular-angles"]
-[[problem]]
-family = "planar-2r"
-difficulty = [1, 2]
-questions = ["position", "determinant"]
-"""
+PROBLEMS = read_data("assignments/certificates.toml")
 
 
 @pytest.fixture(scope="module")

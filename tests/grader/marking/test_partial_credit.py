@@ -1,4 +1,4 @@
-"""Partial credit: the share that a partly right answer earns, and the settings of an assignment."""
+"""Partial credit: the share that a partly right answer earns, settings of an assignment, and texts, which are true."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -16,8 +16,9 @@ from qdot.exercises.generation import generate
 from qdot.exercises.problem.credit import CREDIT_RULES, Credit, parse_credit_policy
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.reference_answers import ConditionSet, Expression
-from qdot.grader.judging.verdict import Judgement, Outcome
+from qdot.grader.judging.verdict import Judgement, Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, mark
+from qdot.grader.reports.feedback_levels import remove_numbers
 from tests.support import ROOT, read_cases
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem, replace_answer
@@ -344,3 +345,38 @@ def test_an_infinite_number_makes_no_other_number_right(family: str, name: str, 
     numbers = [f"{1.7 * float(number) + 0.3:.4g}" for number in problem.parts[0].answer.as_matrix()]
     (verdict,) = mark(problem, {name: f"[{', '.join([infinite, *numbers[1:]])}]"}, secret="s")
     assert (verdict.judgement.outcome, verdict.points) == (Outcome.WRONG, 0), verdict.judgement.reason
+
+
+QUESTIONS = ("position", "jacobian", "determinant")
+RELATIVE_POSITION = "[a1*cos(theta1) + a2*cos(theta2), a1*sin(theta1) + a2*sin(theta2)]"
+RELATIVE_JACOBIAN = "[[-a1*sin(theta1), -a2*sin(theta2)], [a1*cos(theta1), a2*cos(theta2)]]"
+
+
+def mark_answers(**answers: str) -> dict[str, Verdict]:
+    problem = generate(ProblemId("planar-2r", 1, QUESTIONS, variation="chapter"))
+    return {verdict.part: verdict for verdict in mark(problem, answers, secret="s")}
+
+
+def test_a_part_that_follows_states_one_share_of_the_points() -> None:
+    verdicts = mark_answers(position=RELATIVE_POSITION, jacobian=RELATIVE_JACOBIAN)
+    assert "so you earn half of the points" in verdicts["position"].judgement.reason
+    reason = verdicts["jacobian"].judgement.reason
+    assert "it earns 80 % of the points" in reason and "you earn" not in reason
+
+
+def test_a_blank_from_an_earlier_part_is_named() -> None:
+    verdicts = mark_answers(jacobian="[[blank, a1], [a2, blank]]", determinant="a1*a2*blank + a2")
+    assert "Fill in 'jacobian' first" in verdicts["determinant"].judgement.reason
+    assert "2 entries still contain a blank" in verdicts["jacobian"].judgement.reason
+
+
+def test_a_mistake_that_can_be_made_anywhere_refers_to_the_question() -> None:
+    position = "[a1*cos(theta1) + a2*cos(theta1 + theta2), -a1*sin(theta1) + a2*sin(theta1 + theta2)]"
+    diagnosis = mark_answers(position=position)["position"].diagnosis
+    assert diagnosis is not None and diagnosis.feedback.endswith("See (6.1).")
+
+
+def test_a_capital_letter_does_not_reveal_a_missing_configuration() -> None:
+    assert remove_numbers("Compared with the solution: a singular configuration is missing: theta2 = 0.5") == (
+        "Compared with the solution: a singular configuration is missing"
+    )

@@ -18,6 +18,7 @@ from qdot.grader.sandbox.guarantees import ENFORCED_BY_KERNEL, probe
 from qdot.grader.sandbox.notebook_process import escape_attempts, folder_removal
 from qdot.grader.sandbox.sandbox import Limits, Run, Sandbox
 from qdot.grader.sandbox.temporary_folder import make_temporary_folder
+from tests.support import read_cases
 from tests.support.machines import DOCKERS_ROOT, NOBODY, run_restricted
 from tests.support.suites import sample_for_suite
 
@@ -33,19 +34,7 @@ pytestmark = [
 MISSING_MEASURES = {"namespaces": ["namespaces"], "Landlock": ["landlock"], "both": ["namespaces", "landlock"]}
 USERS = [None, DOCKERS_ROOT, NOBODY] if os.geteuid() == 0 else [None]
 
-ATTACKS = {
-    "fills its folder": "for i in range(60): open(str(i), 'wb').write(bytes(9_900_000))",
-    "fills files without names": (
-        "k = []\nfor i in range(60):\n    k.append(open('x', 'wb', 0)); os.unlink('x'); k[-1].write(bytes(9_900_000))"
-    ),
-    "nests": "for i in range(1200): os.mkdir('d'); os.chdir('d')",
-    "closes": "os.mkdir('d'); os.mkdir('d/e'); f = os.open('d', 0); os.fchmod(os.open('d/e', 0), 0); os.fchmod(f, 0)",
-    "kills by a descriptor": (
-        "import fcntl\nr, w = os.pipe()\nfcntl.fcntl(r, fcntl.F_SETOWN, os.getppid())\n"
-        "fcntl.fcntl(r, fcntl.F_SETSIG, 9); fcntl.fcntl(r, fcntl.F_SETFL, os.O_ASYNC); os.write(w, b'x')"
-    ),
-    "multiplies": "while True: os.fork()",
-}
+ATTACKS = dict(read_cases("sandbox")["attacks_on_machines"])
 PROGRAM = f"""
 import json, os, tempfile
 from qdot.grader.sandbox.sandbox import Limits, Sandbox

@@ -11,7 +11,7 @@ import sympy as sp
 from qdot.grader.sandbox.notebook_process.answer_formatting import format_value
 from qdot.grader.sandbox.notebook_process.ipython import NON_PYTHON_MAGICS, translate_to_python
 from qdot.grader.sandbox.sandbox import Run, Sandbox
-from tests.support import DATA, ROOT
+from tests.support import DATA, ROOT, read_cases
 from tests.support.suites import sample_for_suite
 
 JUPYTER = json.loads((DATA / "jupyter_cells.json").read_text(encoding="utf-8"))
@@ -124,19 +124,8 @@ def test_a_matrix_symbol_is_rejected() -> None:
         format_value(sp.MatrixSymbol("J", 2, 2))
 
 
-CELLS = [
-    "files = !ls", "a, b = !ls", "a[0] = !ls", "!ls -l | grep x", "!!ls", "sin?", "sin??", "a.b.c?", "x[0]?", "θ?",
-    "?sin", "??sin", "*int*?", "%matplotlib inline", "%pip install scipy", "a = %timeit -o 1+1",
-    "x = 5\nif x:\n    %matplotlib inline\n    y = 1", "for i in [1]:\n    !ls {i}\n",
-    "def f():\n    return 1\n\nf?", "x = 1; y = 2\n%who", "x = a % b\n!ls", "x = [\n 1,\n # why?\n 2]\n%who",
-    "  # c\nif 1:\n  %who\n  y = 1", "%load_ext autoreload\n%autoreload 2", "%%writefile helper.py\nimport x\n!a\n",
-    "%%bash\nls", "\n\n%%html\n<b>", ">>> x = 1\n>>> y = 2", "In [1]: x = 1\nIn [2]: y = 2", "    x = 1\n    y = 2",
-    "await f()",
-]  # fmt: skip
-PYTHON = [
-    "x = (5\n%3)", 's = """\n%matplotlib inline\n!ls\nwhat?\n"""', "x = 5 # what?", "# why?\nx = 1", "print('a?')",
-    "x = 1 \\\n  % 2", "  # c\nif 1:\n  y = 1", "", "\n", "!=".join("ab"),
-]  # fmt: skip
+CELLS = read_cases("sandbox")["cells_of_ipython"]
+PYTHON = read_cases("sandbox")["cells_of_python"]
 
 
 @pytest.mark.parametrize("cell", [*CELLS, *PYTHON])
