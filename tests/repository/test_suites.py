@@ -11,7 +11,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from tests.bench.figures import BEGIN, DOCUMENT, END, RECORD, table
-from tests.support import ROOT, problem_cache, suites
+from tests.support import ROOT, suites
 from tests.support.suites import SHAPES, classify_shape, sample_for_suite, select_families
 
 
@@ -49,15 +49,6 @@ def test_the_suites_are_make_targets_and_the_whole_runs_nightly() -> None:
     assert all(f"\n{suite}:" in makefile for suite in suites.SUITES)
     workflow = Path(ROOT / ".github" / "workflows" / "whole.yml").read_text(encoding="utf-8")
     assert "cron:" in workflow and "run: make whole" in workflow
-
-
-def test_problems_are_cached_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(problem_cache, "get_cache_folder", lambda: tmp_path)
-    problem_ids = [ProblemId("cartesian", 0), ProblemId("planar-pr", 0)]
-    problem_cache.load_problem(problem_ids[0])
-    assert problem_cache.cache_problems(problem_ids[:1]) == 0 and len(list(tmp_path.iterdir())) == 1
-    monkeypatch.setattr(problem_cache, "get_cache_folder", lambda: None)
-    assert problem_cache.cache_problems(problem_ids) == 0
 
 
 def test_the_table_is_from_the_last_run() -> None:
