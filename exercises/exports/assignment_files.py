@@ -10,12 +10,12 @@ from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
 from qdot.exercises.common.input_file import format_toml, read_toml
 
 OUTSIDE_FOLDER = "shared"
-"""The folder of an export for copies of files outside the assignment folder; if need be, with a number."""
+"""The folder of an export for copies of files outside the assignment folder; further folders have a number."""
 
 _TOML_TOKEN = re.compile(
     r"#[^\n]*|\"{3}(?:[^\\]|\\.)*?\"{3,5}|'{3}.*?'{3,5}|(?P<text>\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*')", re.DOTALL
 )
-"""A comment or a string; `text` is a string on a single line."""
+"""Matches a comment or a string in TOML; the group `text` is a string on a single line."""
 
 
 def read_assignment_files(assignment: Assignment) -> dict[str, bytes]:
@@ -57,7 +57,7 @@ def _is_outside(name: str) -> bool:
 
 
 def _choose_paths(names: list[str]) -> dict[str, str]:
-    """Return the path of each file in the export. Copies keep their file names, which name the arms of a robot file."""
+    """Return the path of each file in the export; only folders change, because an arm is named after its file."""
     paths = {name: PurePath(name).as_posix() for name in names if not _is_outside(name)}
     for name in names:
         folder, number = OUTSIDE_FOLDER, 1
@@ -71,7 +71,7 @@ def _choose_paths(names: list[str]) -> dict[str, str]:
 
 
 def _rename_files(toml: str, new_names: Mapping[str, str]) -> str:
-    """Return the text of a TOML file in which other names stand for some files.
+    """Return the text of a TOML file with the names of some files replaced.
 
     >>> print(_rename_files('questions = ["p", "../a.toml"]  # not "../a.toml"', {"../a.toml": "shared/a.toml"}))
     questions = ["p", "shared/a.toml"]  # not "../a.toml"

@@ -25,10 +25,11 @@ from qdot.exercises.problem.record import compute_digests
 Conversion = TypeVar("Conversion")
 
 MAX_PROBLEMS_PER_VARIANT = 10
-"""Maximum number of problems to generate for each variant. It matters if a family has only a few different problems."""
+"""Maximum number of problems to generate for each variant. The limit matters if a family has few different problems."""
 
 ConvertProblem = Callable[[ExportRequest, Slot, Problem], Conversion]
-"""A function that converts a problem for an export. It belongs to a module, so other processes can unpickle it."""
+"""A function that converts a problem for an export. It must be defined in a module, so that other processes can
+unpickle it."""
 _WorkerState = tuple[ExportRequest, Slot, ConvertProblem[Conversion], set[str]]
 """The state of a worker process: the request, the slot, the conversion, and the fingerprints of existing problems."""
 
@@ -75,10 +76,10 @@ def convert_bank(
                 f"{'was' if len(failures) == 1 else 'were'} replaced; the first: {failures[0]}"
             )
         if count < request.variant_count:
-            problems_words = "one different problem" if count == 1 else f"{count} different problems"
-            variation_words = describe_variation(slot.family, slot.variation)
+            problems_text = "one different problem" if count == 1 else f"{count} different problems"
+            variation_text = describe_variation(slot.family, slot.variation)
             request.report(
-                f"{slot.name}: {slot.family.name} has only {problems_words} ({variation_words}), "
+                f"{slot.name}: {slot.family.name} has only {problems_text} ({variation_text}), "
                 f"not {request.variant_count}"
             )
         for _ in range(request.variant_count - count):
@@ -120,7 +121,7 @@ def _iterate_distinct_problems(
 def _generate_candidate(state: _WorkerState[Conversion], number: int) -> _Candidate[Conversion] | Reason | None:
     """Return the bank's problem `number`, the reason why it fails its certificate, or None if an equal problem exists.
 
-    Numbers ascend within a process, so the first of several equal problems is the one with a result.
+    Each process handles ascending numbers, so the first of several equal problems is the one that is returned.
     """
     request, slot, convert, known_fingerprints = state
     student = f"bank/{number}"  # no student has this identifier, because identifiers contain no slash

@@ -26,9 +26,9 @@ HANDWRITING_WIDTH = 4.8
 MIN_WORKING_SPACE, WORKING_SPACE_PER_CHARACTER, MAX_WORKING_SPACE = 8, 0.014, 40
 """Working space in mm: its minimum, its increase for each character of the worked solution, and its maximum."""
 MIN_SHARE, PACKED_SHARE = 0.65, 0.25
-"""Minimum shares of the working space that remain on a long sheet, and on a long sheet whose pages are filled up.
+"""Minimum shares of the working space that remain on a long sheet.
 
-If pages are filled up, the parts on a page share its free space.
+The second one is for sheets whose pages are filled up: there, the parts on a page share its free space.
 """
 WORKING_SPACE_STEP = 5
 """Working space is a multiple of this many mm, so that students can't infer the length of the solution."""
@@ -43,9 +43,10 @@ _SINGLE_ENTRY_MATRIX = re.compile(r"^\$\\begin\{bmatrix\} ([^&\\]*(?:\\(?!\\)[^&
 
 @dataclass(frozen=True)
 class AnswerBox:
-    """A box for an answer: `working_space` mm of space, then rows of cells, or one cell per letter if `holds_letters`.
+    """A box for an answer: blank space for working, then rows of cells.
 
-    If pages are filled up, the space is `min_working_space` mm plus a share of the page's free space, in proportion to
+    The space is `working_space` mm high. If `holds_letters`, there is one cell for each letter instead of rows. If
+    pages are filled up, the space is `min_working_space` mm plus a share of the page's free space, in proportion to
     `working_space`. `row_height` is the height of a row in mm. `labels` (LaTeX) are printed before numbers or above
     letters, and `units` are printed after numbers.
     """

@@ -1,6 +1,6 @@
 """Export a quiz for Canvas as QTI 1.2. Canvas picks one variant of each question for each student.
 
-Canvas has two kinds of quizzes, and each imports its own package. They differ in questions with several numbers:
+Canvas has two kinds of quizzes, and each imports its own package. The kinds differ in questions with several numbers:
 classic quizzes compare a blank with a list of accepted texts, New Quizzes with a pattern.
 """
 

@@ -1,9 +1,9 @@
 """Export Common Cartridges (version 1.1), which Blackboard, Brightspace, Canvas, Moodle and other platforms import.
 
 A cartridge has no random selection and at most one question bank. So one cartridge contains a quiz for each version,
-with another variant of every question, and further cartridges each contain the bank of one question, for platforms that
-can select a question from a bank at random. Cartridges have no type of question for numbers: a question asks for one
-number and lists the texts that are accepted. They have no matching questions, which are left out.
+with another variant of every question. Further cartridges contain the bank of one question each, for platforms that can
+select a question from a bank at random. Cartridges have no type of question for numbers: a question asks for one number
+and lists the texts that are accepted. They have no matching questions, which are left out.
 """
 
 import re
@@ -38,17 +38,17 @@ def export_common_cartridge(request: ExportRequest) -> Generator[ExportedFile, N
     assignment = request.assignment
     title = platform_markup.replace_angle_brackets(assignment.title)
     all_items = list(items.make_items_for_students(request))
-    left_out = {item.category: None for item in all_items if isinstance(item.form, items.MatchingForm)}
-    for category in left_out:
+    omitted_categories = {item.category: None for item in all_items if isinstance(item.form, items.MatchingForm)}
+    for category in omitted_categories:
         request.report(
             f"{category.slot_title}: {category.question_title} is left out, because a Common Cartridge has no matching "
             "questions"
         )
-    reduced = {item.category: None for item in all_items if item.single_number_item}
-    if reduced:
-        names = ", ".join(f"{category.slot_title} ({category.question_title})" for category in reduced)
+    reduced_categories = {item.category: None for item in all_items if item.single_number_item}
+    if reduced_categories:
+        names = ", ".join(f"{category.slot_title} ({category.question_title})" for category in reduced_categories)
         request.report(f"a question of a Common Cartridge has one number, so these ask for one entry only: {names}")
-    single_items = [item.single_number_item or item for item in all_items if item.category not in left_out]
+    single_items = [item.single_number_item or item for item in all_items if item.category not in omitted_categories]
     variants: dict[items.ItemCategory, list[items.QuizItem]] = {}
     for item in single_items:
         variants.setdefault(item.category, []).append(item)

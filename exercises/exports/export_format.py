@@ -1,4 +1,4 @@
-"""Define what an export format is, and the request for an export: an assignment, and how to export it."""
+"""Define export formats, and the request for an export: an assignment, and how to export it."""
 
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
@@ -32,7 +32,7 @@ def _refuse_share(*_: object) -> Fraction:
 
 
 def _ignore(*_: object) -> None:
-    """Do nothing. This function belongs to a module, because other processes must be able to unpickle it."""
+    """Do nothing. This is not a lambda, because other processes must be able to unpickle it."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ class ExportRequest:
     - `find_failures` returns the failed checks of a problem; a problem with failed checks is never exported.
     - `on_step` is called after every variant or student, and `on_left_out` for each student without a problem.
     - `report` is called with messages to the staff.
-    - `compute_earned_share` returns the grader's share of points for an answer; marking sheets and STACK need it.
+    - `compute_earned_share` returns the share of the points that the grader gives for an answer. Marking sheets and
+      STACK need it.
     - `passing_share` is the share of the points that a student needs to pass; None if there is no such limit.
     """
 
@@ -73,7 +74,7 @@ class ExportRequest:
         return FEEDBACK.index(level) <= FEEDBACK.index(self.assignment.feedback)
 
     def without_text_questions(self, title: str) -> "ExportRequest":
-        """Return the request without the questions that a person has to mark; report them, with the export's title."""
+        """Return the request without questions that a person must mark. Report these; `title` is that of the export."""
         assignment, names = self.assignment.without_text_questions()
         if names:
             self.report(f"{title} leaves out {', '.join(names)}, because a person must mark these answers")
@@ -101,7 +102,7 @@ class ExportedFile:
 class ExportFormat:
     """An export format, selected by `--to NAME`.
 
-    `title` describes the exported files, and `read_by` names the program for which they are. The work is done for every
+    `title` describes the exported files, and `read_by` names the program for which they are. Progress is counted in
     `progress_unit`, a "variant" or a "student". `regenerates_problems` means that the platform regenerates the problems
     from assignment.toml.
 

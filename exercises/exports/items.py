@@ -51,7 +51,7 @@ them."""
 
 @dataclass(frozen=True)
 class QuizOption:
-    """An option: its text, whether students must choose it, and the feedback if they wrongly do."""
+    """An option: its text, whether students must choose it, and the feedback on choosing it wrongly."""
 
     text: str
     is_correct: bool
@@ -192,8 +192,8 @@ class ItemCategory(NamedTuple):
 class QuizItem:
     """A question for learning platforms. Its `key` is unique and permanent.
 
-    If the item asks for several numbers, `single_number_item` asks for only one of these numbers; otherwise it is None.
-    Platforms that accept only one number use it.
+    If the item asks for several numbers, `single_number_item` is an item that asks for only one of them, for platforms
+    that accept only one number.
     """
 
     key: str
@@ -208,7 +208,7 @@ class QuizItem:
 
 
 def make_items(request: ExportRequest) -> Generator[QuizItem, None, None]:
-    """Yield the parts of all variants as items. For each slot, report once which parts can't be asked."""
+    """Yield the parts of all variants as items. Report once for each slot which parts can't be asked."""
     reported_messages: set[str] = set()
     for variant, variant_items in convert_bank(request, _make_problem_items):
         for part, item in zip(variant.problem.parts, variant_items, strict=True):
@@ -353,7 +353,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
 
 
 def _offer_sets(problem: Problem, part: Part, answer: ConditionSet) -> Part | None:
-    """Return a part with its set and three wrong sets as options; None if known mistakes don't lead to three."""
+    """Return a part that offers its set and three wrong sets; None if known mistakes lead to fewer wrong sets."""
     stream = Stream(f"qdot/{problem.id.stream_name}/{part.name}")
     offered_options = make_four_sets(problem.chain, answer.components, stream)
     if offered_options is None:
@@ -471,7 +471,7 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
             continue
         wrong_value = float(values.ravel()[index])
         wrong_tolerance = relative_tolerance * abs(wrong_value)
-        if absolute_tolerance < abs(wrong_value) / 2:  # no range of wrong values contains zero
+        if absolute_tolerance < abs(wrong_value) / 2:  # the range of a wrong value never contains zero
             wrong_tolerance = max(wrong_tolerance, absolute_tolerance)
         is_zero = abs(wrong_value) <= 1e-9 and not is_count  # zero is left out, because many mistakes lead to it
         is_new = all(
@@ -503,13 +503,13 @@ def _write_numeric_question(
     """Return the question that asks for some fields of an answer with `entry_count` entries."""
     prompt = problem_texts.write_prompt(problem, part)
     answer_line = _ANSWER_PATTERN.search(prompt)
-    convention = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
+    instructions = "" if answer_line is None or part.type in ("expression", "direction") else answer_line[1].strip()
     for pattern, replacement in _TYPING_PHRASES:
-        convention = pattern.sub(replacement, convention)
+        instructions = pattern.sub(replacement, instructions)
     labels = list_entry_labels(problem, part, numeric_part.values.shape)
     unit_entry = "" if numeric_part.unit_entry is None else f"its entry ${labels[numeric_part.unit_entry]}$"
     return render(
         "exports/question.md.j2", prompt=_ANSWER_PATTERN.sub("", prompt).strip(), unit_entry=unit_entry,
-        given_values=numeric_part.given_values, convention=convention, fields=fields, entries=entry_count,
+        given_values=numeric_part.given_values, instructions=instructions, fields=fields, entries=entry_count,
         precision="exactly" if fields[0].tolerance == 0 else part.precision,
     ).strip()  # fmt: skip

@@ -60,7 +60,7 @@ class KnownWrongAnswer:
 
     @property
     def matrix(self) -> sp.Matrix:
-        """The answer as a matrix; call this only if the answer is not a set."""
+        """The answer as a matrix; only for answers that are not sets."""
         assert isinstance(self.answer, sp.MatrixBase)
         return self.answer
 
@@ -77,7 +77,7 @@ class KnownWrongAnswer:
 
 
 def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tuple[KnownWrongAnswer, ...]:
-    """Return at most `max_count` wrong answers to a part, each by a different mistake, likely mistakes first."""
+    """Return at most `max_count` wrong answers to a part, each from a different mistake, likely mistakes first."""
     if part.answer.is_set:
         return tuple(_find_wrong_sets(problem, part))[:max_count]
     if not comes_from_stages(part):
@@ -90,7 +90,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
 
 
 def make_domain(problem: Problem) -> Domain:
-    """Return the domain of the symbols that remain in reference answers; lengths with a value are numbers there."""
+    """Return the domain of the symbols in reference answers, in which lengths with a value are already numbers."""
     return Domain({name: role for name, role in problem.domain.roles.items() if isinstance(role, str)})
 
 
@@ -101,9 +101,7 @@ def _select_distinct(correct: np.ndarray, predictions: Iterable[PredictedAnswer]
         answer = prediction.answer
         if prediction.mistake.name in mistake_names or answer.shape != correct.shape or not np.isfinite(answer).all():
             continue
-        is_new = all(
-            wrong_formulas.have_different_values(answer, earlier_answer) for earlier_answer in distinct_answers
-        )
+        is_new = all(wrong_formulas.have_different_values(answer, known_answer) for known_answer in distinct_answers)
         if is_new and np.abs(answer).max() > ZERO_TOLERANCE:
             distinct_answers.append(answer)
             mistake_names.add(prediction.mistake.name)
@@ -222,7 +220,7 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
 
 
 def is_divided_by_zero(wrong_numbers: np.ndarray, correct_numbers: np.ndarray) -> bool:
-    """Return whether a mistake leads to a division by zero, or by the tiny number that rounding makes of a zero."""
+    """Return whether a mistake leads to a division by zero, or by a tiny number that is zero except for rounding."""
     limit = MAX_RATIO * max(np.abs(correct_numbers).max(), ZERO_TOLERANCE)
     return not np.isfinite(wrong_numbers).all() or bool(np.abs(wrong_numbers).max() > limit)
 

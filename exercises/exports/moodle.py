@@ -28,11 +28,12 @@ DECIMALS_NOTE = (
     "-2.5e-1. If Moodle shows the marks of this question with a decimal comma (1,00), type a comma, too (-0,25). A "
     "fraction (1/4) or a name before the number (v = 0.25) counts as wrong.</p>"
 )
-"""What students must know about boxes for numbers.
+"""Instructions for students on boxes for numbers.
 
 Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. In languages with a
 decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. A
-question can't accept other forms of numbers, except units of a single box; comparing texts would lose the tolerance.
+question can't accept other forms of numbers, except units after a number in a single box. A question that compares
+texts would have no tolerance.
 """
 
 MIN_BOX_WIDTH = 12
@@ -50,10 +51,8 @@ def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]
         Category(make_category_names(category), tuple(_make_question(item, assignment.key) for item in group))
         for category, group in groups.items()
     ]
-    category_records = [
-        {"path": make_category_path(category.names), "questions": category.questions} for category in categories
-    ]
-    xml = render("exports/moodle.xml.j2", categories=category_records, title=assignment.title)
+    records = [{"path": make_category_path(category.names), "questions": category.questions} for category in categories]
+    xml = render("exports/moodle.xml.j2", categories=records, title=assignment.title)
     yield ExportedFile(f"{assignment.key}.xml", xml, is_private=True)
     yield ExportedFile(f"{assignment.key}.mbz", make_quiz_backup(request, assignment.key, categories), is_private=True)
 

@@ -42,7 +42,7 @@ EMPTY_QUIZ_FILES = {
     "completion": "completions", "competencies": "course_module_competencies", "xapistate": "states",
     "grade_history": "grade_history",
 }  # fmt: skip
-"""Files that a backup and its quiz must have but that are empty, each with the name of its root element."""
+"""Files that a backup and its quiz must contain although they are empty, each with the name of its root element."""
 
 
 @dataclass(frozen=True)

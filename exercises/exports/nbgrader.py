@@ -27,9 +27,9 @@ Cell = dict[str, Any]
 SCHEMA_VERSION = 3
 """The version of nbgrader's metadata in the notebooks."""
 ANSWER_SUFFIX = "-answer"
-"""The suffix of an answer cell's name.
+"""The suffix of the name of a cell with an answer.
 
-The cell with the marks has the name without this suffix; the gradebook shows that name.
+The cell with the marks has the same name without this suffix, which the gradebook shows.
 """
 MARKS_COMMENT = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
@@ -88,12 +88,12 @@ class PlatformPart(NamedTuple):
 
 def list_parts(assignment: Assignment) -> list[PlatformPart]:
     """Return all parts of an assignment, in order."""
-    return [
-        PlatformPart(name, make_grade_id(name), points, slot.find_question(kind).title)
-        for slot in assignment.slots
-        for kind, points in slot.points_by_question.items()
-        for name in [f"{slot.name}.{kind}"]
-    ]
+    parts = []
+    for slot in assignment.slots:
+        for kind, points in slot.points_by_question.items():
+            name = f"{slot.name}.{kind}"
+            parts.append(PlatformPart(name, make_grade_id(name), points, slot.find_question(kind).title))
+    return parts
 
 
 def find_text_parts(assignment: Assignment) -> frozenset[str]:
@@ -116,7 +116,7 @@ def make_answer_metadata(part: str) -> dict[str, Any]:
 
 
 def make_text_metadata(part: str, points: float) -> dict[str, Any]:
-    """Return nbgrader's metadata of an answer that a person marks on nbgrader's pages; no other cell has its marks."""
+    """Return nbgrader's metadata of a cell with a text answer, which a person marks on nbgrader's pages."""
     metadata = _make_metadata(make_grade_id(part), grade=True, solution=True)
     metadata["nbgrader"]["points"] = points
     return metadata
@@ -154,14 +154,12 @@ def _add_marks_cell(cell: Cell, points_by_part: dict[str, float], text_parts: Ab
 def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict[str, Any]:
     cells = [new_markdown_cell(render("exports/nbgrader/pattern.md.j2", title=title, key=key).strip(), id="title")]
     for number, slot in enumerate(slots, 1):
-        for index, (part, part_points) in enumerate(slot.points_by_question.items(), 1):
-            name = f"{slot.name}.{part}"
-            heading = (
-                f"### {number}.{index} {escape_heading(slot.find_question(part).title)} ({write_points(part_points)})"
-            )
-            answer = f"{name_answer_variable(slot.name, part)} = blank"
-            cells.append(new_markdown_cell(heading, id=f"{make_grade_id(name)}-question"))
-            cell = new_code_cell(answer, id=make_grade_id(name), metadata={"qdot": {"part": name}})
-            cells += _add_marks_cell(cell, {name: part_points}, {name} if part in slot.text_questions else frozenset())
+        for index, (kind, points) in enumerate(slot.points_by_question.items(), 1):
+            part, title = f"{slot.name}.{kind}", escape_heading(slot.find_question(kind).title)
+            heading = f"### {number}.{index} {title} ({write_points(points)})"
+            cells.append(new_markdown_cell(heading, id=f"{make_grade_id(part)}-question"))
+            answer = f"{name_answer_variable(slot.name, kind)} = blank"
+            cell = new_code_cell(answer, id=make_grade_id(part), metadata={"qdot": {"part": part}})
+            cells += _add_marks_cell(cell, {part: points}, {part} if kind in slot.text_questions else frozenset())
     metadata = {"kernelspec": KERNEL, "language_info": {"name": "python"}}
     return {"cells": cells, "metadata": metadata, "nbformat": 4, "nbformat_minor": 5}

@@ -42,7 +42,7 @@ MIN_DIFFERENCE = 0.03
 MAX_JOINTS_FOR_ALL_MISTAKES = 4
 """Maximum number of joints for which all mistakes are applied to results derived from J; more take too long."""
 MAX_DISAGREEMENT = 1e-8
-"""Maximum difference of the two computations, as a fraction of the largest entry."""
+"""Maximum difference between the results of the two computations, as a fraction of the largest entry."""
 MAX_TRIES = 30
 """Maximum number of attempts to sample a configuration at which J is well-conditioned."""
 
@@ -95,7 +95,7 @@ def _make_numeric_answer(part: Part, values: sp.Matrix) -> Number:
 
 
 def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) -> NumericPart:
-    """Return a part that already asks for numbers, with the wrong numbers that mistakes lead to."""
+    """Convert a part that already asks for numbers, and add the wrong numbers that mistakes lead to."""
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
     wrong_answers = [
@@ -134,9 +134,9 @@ def _check_agreement(
 
 
 def _list_wrong_answers(stages: StageResults, part: Part) -> list[catalogue.PredictedAnswer]:
-    """Return the answers that mistakes lead to.
+    """Return the wrong answers that mistakes lead to.
 
-    If the derivation is long, only the few mistakes are considered that are also considered for a single number.
+    If the derivation is long, only the few mistakes are considered that are likely enough for a single number.
     """
     if stages.n > MAX_JOINTS_FOR_ALL_MISTAKES and is_made_of_jacobian(part):
         likely_mistakes = catalogue.list_likely_mistakes(part)
@@ -187,7 +187,7 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
 
     All values have few digits: angles are multiples of 10 degrees, rates of 0.1, velocities of 0.05, and loads of 1.
     """
-    needs_full_rank = bool(chain.task and chain.n and not part.details.given_joints)
+    needs_full_rank = not part.details.given_joints
     for _ in range(CONFIGURATION_COUNT):
         for _ in range(MAX_TRIES):
             lengths = {
@@ -195,10 +195,8 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
             joints = inversion.sample_joint_values(chain, stream)
-            if (
-                not needs_full_rank
-                or inversion.compute_conditioning(chain, lengths, joints) > inversion.find_min_conditioning(chain) / 2
-            ):
+            min_conditioning = inversion.find_min_conditioning(chain) / 2 if needs_full_rank else 0.0
+            if not needs_full_rank or inversion.compute_conditioning(chain, lengths, joints) > min_conditioning:
                 break
         rate_values = {rate: sp.Rational(stream.nonzero_integer(9), 10) for rate in chain.rates}
         velocity_values = {sp.Symbol(row): sp.Rational(stream.nonzero_integer(8), 20) for row in chain.task}

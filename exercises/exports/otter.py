@@ -88,8 +88,8 @@ def _add_tests(assignment: Assignment, text: str) -> str:
 def _make_presence_test(part: PlatformPart) -> dict[str, Any]:
     """Return a test that only checks whether an answer is given, for the `grader.check` that students call.
 
-    If a test fails, Otter shows the report of the doctest below the message. The report would show students our code,
-    so the test's second line, which runs without a report of its own, removes it.
+    If a test fails, Otter shows the report of the doctest below the message. The report would show students our code.
+    Therefore the test's second line, which never fails, removes the report.
     """
     case = {
         "code": render("exports/otter/presence-test.txt.j2", variable=name_answer_variable(*part.name.split(".", 1))),

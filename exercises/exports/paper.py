@@ -29,7 +29,7 @@ The marking sheet of a single student has one column.
 FORMULA_WIDTH_SHARE = 0.8
 """The share of a page's width that a formula may take beside a student's name."""
 END_WEIGHT = 60
-"""The weight of the blank space at the end of a sheet's last page, beside those of the working spaces of parts."""
+"""The weight of the blank space at the end of a sheet's last page; the weight of a box is its working space in mm."""
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def compile_pdf(source: str, images: Mapping[str, bytes] = MappingProxyType({}))
     with tempfile.TemporaryDirectory() as folder:
         for name, content in images.items():
             (Path(folder) / name).write_bytes(content)
-        pdf = typst.compile(  # type: ignore[type-var]  # the hints want the document and the folder to have one type
+        pdf = typst.compile(  # type: ignore[type-var]  # the hints ask for one type of document and folder
             source.encode(), root=Path(folder), ignore_system_fonts=True, pdf_standards=["ua-1"], timestamp=0
         )
     return bytes(pdf)

@@ -100,7 +100,7 @@ def make_svg_file(picture: Picture) -> bytes:
 
 
 def replace_angle_brackets(text: str) -> str:
-    """Return a name without < and >. Platforms would take what is between them for a tag, and remove or refuse it.
+    """Return a name without < and >. Platforms would take the text between them for a tag.
 
     >>> replace_angle_brackets("Arms & <signs>")
     'Arms & ‹signs›'

@@ -20,7 +20,7 @@ BANK_FILE = "bank.json"
 """The file that lists the seeds of the certified variants of each slot."""
 TOPIC = "Velocity kinematics"
 INSTANCE_FOLDER = "courseInstances/qdot"
-"""The folder of the course instance (PrairieLearn's term for a course in one term)."""
+"""The folder of the course instance, which is PrairieLearn's name for a course in one semester."""
 
 
 def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None, None]:

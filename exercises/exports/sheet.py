@@ -32,7 +32,8 @@ from qdot.exercises.writing.short_answer import write_short_answer
 FIGURE_HEIGHT = 50
 """Maximum height of a figure in mm."""
 STATEMENT_HEIGHT, AVERAGE_PART_HEIGHT = 78, 92
-"""Height of a statement and average height of a part in mm. If the parts are higher, their working space shrinks."""
+"""Height of a statement and average height of a part in mm. If the parts of a sheet are higher, their working space
+shrinks."""
 OPTION_HEIGHT, PROMPT_HEIGHT, SHORT_PROMPT_HEIGHT = 8, 25, 15
 """Approximate heights in mm: of a row of options, of a prompt with its heading, and of a short prompt or a heading."""
 WIDTH_BESIDE_FIGURE = 0.58

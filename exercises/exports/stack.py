@@ -55,7 +55,7 @@ class StackQuestion:
 
     @property
     def content(self) -> tuple[str, str]:
-        """What students see, and the answer. Variants with the same arm have the same content."""
+        """The text that students see, and the answer; they are equal for variants with the same arm."""
         return self.body, repr(self.stack_part.part.answer)
 
 
@@ -64,10 +64,10 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 
     For each slot, report once which parts STACK can't ask or grades differently from qdot.
     """
-    messages: dict[str, None] = {}
+    messages: dict[str, None] = {}  # in order and without copies
     questions: list[StackQuestion] = []
     for variant, (variant_questions, new_messages) in convert_bank(request, _make_questions):
-        messages |= new_messages
+        messages |= dict.fromkeys(new_messages)
         questions += [_add_variant_key(request, variant, question) for question in variant_questions]
     for message in messages:
         request.report(message)
@@ -109,10 +109,8 @@ def _make_moodle_question(question: StackQuestion) -> MoodleQuestion:
     )  # fmt: skip
 
 
-def _make_questions(
-    request: ExportRequest, slot: Slot, problem: Problem
-) -> tuple[list[StackQuestion], dict[str, None]]:
-    """Return the questions of a problem that STACK can ask, and messages to the staff as keys of a dict.
+def _make_questions(request: ExportRequest, slot: Slot, problem: Problem) -> tuple[list[StackQuestion], list[str]]:
+    """Return the questions of a problem that STACK can ask, and messages to the staff.
 
     The questions do not contain the variant's key yet.
     """
@@ -130,7 +128,7 @@ def _make_questions(
             messages.append(f"{prefix} does not accept rounded decimals in {name}; qdot does, {rounding}")
         if is_product(part):
             messages.append(f"{prefix} marks {part.name!r} right or wrong; right factors earn no partial credit")
-    return questions, dict.fromkeys(messages)
+    return questions, messages
 
 
 def _convert_part(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> StackQuestion | Reason:

@@ -22,7 +22,7 @@ from qdot.exercises.formula.printers.maxima import print_maxima
 from qdot.exercises.problem.problem import Problem
 
 MAX_JOINTS_IN_NAME, MAX_JOINT_NUMBER = 6, 9
-"""Maximum number of joints in a short name for a sum of angles, such as c123, and their maximum number.
+"""Maximum number of joints in a short name for a sum of angles, such as c123, and highest joint number in such a name.
 
 Numbers with two digits would be ambiguous: c110 could be joint 110, or joints 1 and 10.
 """

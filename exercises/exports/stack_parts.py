@@ -31,9 +31,7 @@ from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.printers.maxima import print_maxima, print_maxima_matrix
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.mistakes.base import add_chapter_to_reference
-from qdot.exercises.problem.credit import (
-    SIGN_OR_FACTOR_COST,
-)
+from qdot.exercises.problem.credit import SIGN_OR_FACTOR_COST
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS
 from qdot.exercises.short_questions.options import list_blames
@@ -52,7 +50,7 @@ NO_POINTS = Reason("no configurations were found at which formulas could be comp
 MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 """At a usable point, no entry of the answer exceeds MAX_ENTRY, and the pivot, if there is one, exceeds MIN_PIVOT.
 
-The pivot is the entry by which a constant factor between two matrices is found.
+The pivot is the entry that is compared to find a constant factor between two matrices.
 """
 MIN_BOX_WIDTH, MAX_BOX_WIDTH = 8, 60
 MIN_CELL_WIDTH, MAX_CELL_WIDTH = 6, 24
@@ -125,15 +123,16 @@ class StackPart:
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
-        self, index: int, known_answer: KnownWrongAnswer, answer: str, likeness: str, expected: str, share: Fraction
+        self, index: int, known_answer: KnownWrongAnswer, answer: str, comparison: str, expected: str, share: Fraction
     ) -> None:
         """Add a known wrong answer, as the variable wrongN (N is `index`), with the share of the points that it earns.
 
-        All texts are Maxima expressions. A student has given this answer if `likeness` equals `expected`.
+        `answer`, `comparison` and `expected` are Maxima expressions. A student gave this wrong answer if `comparison`
+        equals `expected`.
         """
         name, note = f"wrong{index}", f"prt1-{known_answer.mistake}"
         self.variables.append(f"{name}: {answer};")
-        self.marking_lines.append(f"like{index}: {likeness};")
+        self.marking_lines.append(f"like{index}: {comparison};")
         if share:
             self.marking_lines.append(f"share: if like{index} = {expected} then max(share, {share}) else share;")
         feedback = known_answer.feedback
@@ -225,20 +224,20 @@ def _convert_formulas(problem: Problem, part: Part, compute_share: ComputeShare)
         lines, feedback = _write_partial_credit_lines(problem, part, reference)
         marking += lines
         score = "share"
-    boxes_words = f"one formula in each of the {reference.rows} × {reference.cols} boxes"
+    boxes_text = f"one formula in each of the {reference.rows} × {reference.cols} boxes"
     max_length = max(len(print_maxima(entry)) for entry in reference)
     is_column = is_single or reference.cols == 1
     min_width, max_width = (MIN_BOX_WIDTH, MAX_BOX_WIDTH) if is_column else (MIN_CELL_WIDTH, MAX_CELL_WIDTH)
     tests = [REFERENCE_TEST]
     stack_part = StackPart(
-        part, "algebraic" if is_single else "matrix", "a formula" if is_single else boxes_words, variables, marking,
+        part, "algebraic" if is_single else "matrix", "a formula" if is_single else boxes_text, variables, marking,
         [ResponseNode("AlgEquiv", "same", "1", CORRECT_NOTE, "1")], tests, feedback, score,
         min(max_width, max(min_width, max_length)), validator="qdot_check_formulas",
         typing_help=explain_typing(problem),
     )  # fmt: skip
     for index, known_answer in enumerate(find_known_wrong_answers(problem, part, MAX_MISTAKES), 1):
-        maxima, likeness = _write_maxima(known_answer.matrix, is_single), f"qdot_same(typed, wrong{index})"
-        stack_part.add_mistake(index, known_answer, maxima, likeness, "1", compute_share(known_answer))
+        maxima, comparison = _write_maxima(known_answer.matrix, is_single), f"qdot_same(typed, wrong{index})"
+        stack_part.add_mistake(index, known_answer, maxima, comparison, "1", compute_share(known_answer))
     unusual_form = _write_unusual_form(problem, reference)
     if unusual_form is not None:
         variables.append(f"form1: {_write_maxima(unusual_form, is_single)};")
@@ -252,8 +251,8 @@ def explain_typing(problem: Problem) -> str:
     joint = problem.chain.q[0]
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = stack_maxima.list_short_names(problem)
-    examples = [name for length in (2, 3) for name in [name for name in meanings if len(name) == length][:2]]
-    explanations = ", ".join(f"{name} is {meanings[name]}" for name in examples)  # as c1, s1, c12, s12
+    examples = [name for name in meanings if len(name) == 2][:2] + [name for name in meanings if len(name) == 3][:2]
+    explanations = ", ".join(f"{name} is {meanings[name]}" for name in examples)  # of c1, s1, c12, s12, for example
     return f"{rule} Abbreviations: {explanations}." if explanations else rule
 
 
@@ -264,8 +263,8 @@ def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
 def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) -> str | None:
     """Return the line with the points at which formulas are compared; None if no usable points were found.
 
-    The first two points have the same lengths, so a factor with the same value at both is a constant. `pivot` is a
-    position (from 1).
+    The first two points have the same lengths, so a factor with the same value at both is a constant. Positions in a
+    matrix are counted row by row from 1.
     """
     domain = make_domain(problem)
     program = compile_program(parse_entries(problem, reference))
@@ -303,7 +302,10 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
 
 
 def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tuple[list[str], str]:
-    """Return the lines that compute the share of a partly correct matrix, and the feedback on the matrix."""
+    """Return the lines that compute the share of a partly correct matrix, and the feedback on the matrix.
+
+    A zero of the reference is spoiled if it is not zero in the answer. Each spoiled zero cancels one right entry.
+    """
     credit = part.credit
     counted_indices, zero_indices = _separate_zeros(reference)
 
@@ -384,24 +386,22 @@ def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) 
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
     reference_floats = _write_floats(exact_reference, is_single)
     variables.append(f"ta1: {reference_floats};")
-    correct_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
+    first_node = ResponseNode("AlgEquiv", "right", str(n), CORRECT_NOTE, "1")
     if is_single:
-        correct_node = ResponseNode(
-            "NumAbsolute", "typed", "ta1", CORRECT_NOTE, "1", options=print_maxima(tolerances[0])
-        )
+        first_node = ResponseNode("NumAbsolute", "typed", "ta1", CORRECT_NOTE, "1", options=print_maxima(tolerances[0]))
     unit = "; ".join(dict.fromkeys(format_unit(unit) for unit in answer.units if unit))
-    unit_words = f", in {unit}, without the unit" if unit else ""
-    expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_words}"
+    unit_text = f", in {unit}, without the unit" if unit else ""
+    expected_answer = f"{'a number' if is_single else f'{n} numbers'}{unit_text}"
     feedback = "" if is_single else f"<p>{{@right@}} of {n} numbers are right.</p>"
     tests = [replace(REFERENCE_TEST, value=_choose_test_value("ta1", reference_floats))]
     stack_part = StackPart(
-        part, "numerical" if is_single else "matrix", expected_answer, variables, lines, [correct_node], tests,
+        part, "numerical" if is_single else "matrix", expected_answer, variables, lines, [first_node], tests,
         feedback, "share", box_width=12, validator="" if is_single else "qdot_check_numbers",
         typing_help="" if is_single else "Type tiny numbers as 2.7*10^-5, not as 2.7e-5.",
     )  # fmt: skip
     for number, known_answer in enumerate(known_answers, 1):
-        floats, likeness = _write_floats(known_answer.matrix, is_single), write_near_count(f"wrong{number}")
-        stack_part.add_mistake(number, known_answer, floats, likeness, str(n), compute_share(known_answer))
+        floats, comparison = _write_floats(known_answer.matrix, is_single), write_near_count(f"wrong{number}")
+        stack_part.add_mistake(number, known_answer, floats, comparison, str(n), compute_share(known_answer))
         tests[-1] = replace(tests[-1], value=_choose_test_value(tests[-1].value, floats))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
@@ -456,7 +456,7 @@ def _write_float(value: float) -> str:
 
 
 def _choose_test_value(variable: str, floats: str) -> str:
-    """Return what a question test submits: the variable or, if there are powers of ten, the numbers themselves.
+    """Return the answer that a question test submits: the variable or, if there are powers of ten, the numbers.
 
     STACK would write the value of such a variable as 2.7e-5, which its boxes for vectors do not accept.
     """
@@ -464,7 +464,7 @@ def _choose_test_value(variable: str, floats: str) -> str:
 
 
 def _are_near(numbers: sp.Matrix, other_numbers: sp.Matrix, tolerances: Sequence[sp.Expr]) -> bool:
-    """Return whether one answer could match both vectors: whether they differ by at most twice the tolerances."""
+    """Return whether two vectors differ by at most twice the tolerances, so that one answer could match both."""
     return all(abs(a - b) <= 2 * tolerance for a, b, tolerance in zip(numbers, other_numbers, tolerances, strict=True))
 
 
@@ -540,9 +540,9 @@ def _convert_set(problem: Problem, part: Part, compute_share: ComputeShare) -> S
         if len(nodes) > MAX_MISTAKES or not all(map(_has_numeric_values_of_one_joint, known_answer.answer)):
             continue
         arguments = f"(typed_conditions, args(wrong{index}))"
-        likeness = f"[qdot_count_found{arguments} - length(wrong{index}), qdot_false_conditions{arguments}]"
+        comparison = f"[qdot_count_found{arguments} - length(wrong{index}), qdot_false_conditions{arguments}]"
         equations = write_equations(known_answer.answer)
-        stack_part.add_mistake(index, known_answer, equations, likeness, "[0, 0]", compute_share(known_answer))
+        stack_part.add_mistake(index, known_answer, equations, comparison, "[0, 0]", compute_share(known_answer))
     variables += [f"form1: {write_equations(answer.components, 1)};", f"other1: {{{problem.chain.q[0]} = 1/7}};"]
     variables.append(f"unknown1: {{{problem.chain.q[0]} = unknown_name}};")
     tests += [UNUSUAL_FORM_TEST, UNRELATED_TEST, UNKNOWN_NAME_TEST]

@@ -10,17 +10,17 @@ DECIMALS_NOTE = (
     "<p>Type each number as a decimal, for example -0.25. "
     "Other forms, such as 2.5e-1 or 1/4, are not recognised here.</p>"
 )
-"""What students must know if a platform compares texts and not numbers, as HTML."""
+"""Instructions for students, as HTML, for platforms that compare texts and not numbers."""
 SHOWN_DIGITS = 3
 """Number of significant digits of the first listed text, which platforms show as the correct answer."""
 MAX_LISTED = 12
-"""If there are more texts than this with the same number of decimals, only the correct ones are listed."""
+"""If more numbers than this have a certain number of decimals, only the value, rounded or truncated, is listed."""
 MAX_DIGITS = 6
 """Maximum number of significant digits of a listed number, unless the tolerance requires more."""
 ZEROS = ("0", "0.0", "0.00", "0.000", "-0")
 MIN_STEPS, MAX_PATTERN_DECIMALS = 100, 30
-"""Minimum number of steps in the range of a pattern, which may refuse numbers in the first and in the last step; and
-the maximum number of decimals of a step."""
+"""The range of a pattern has at least MIN_STEPS decimal steps, with at most MAX_PATTERN_DECIMALS decimals. The pattern
+may refuse numbers in the first and in the last step."""
 _PLUS, _MINUS = r"\+?", "[-−]"
 """Patterns for the sign; the second minus sign is that of typeset text."""
 
@@ -28,7 +28,8 @@ _PLUS, _MINUS = r"\+?", "[-−]"
 def list_accepted_texts(value: float, tolerance: float) -> tuple[str, ...]:
     """Return texts of numbers within a tolerance of a value; the first is the value to three or more digits.
 
-    All numbers with few digits are listed; with more digits, only the value itself, rounded or cut off.
+    All numbers with few digits are listed. Of the numbers with more digits, only the rounded and the truncated value
+    are listed.
 
     >>> list_accepted_texts(-20.71, 0.02)
     ('-20.7', '-20.73', '-20.72', '-20.71', '-20.70', '-20.69', '-20.710', '-20.7100')
@@ -53,8 +54,10 @@ def list_accepted_texts(value: float, tolerance: float) -> tuple[str, ...]:
         accepted_numerators = [n for n in numerators if n and abs(n - scaled_value) <= scaled_tolerance]
         texts += [_format_fixed(n, decimals) for n in accepted_numerators]
     first_text = next((text for text in shown_texts if text in texts), texts[-1])
-    forms = (form for text in (first_text, *texts) for form in (text, re.sub(r"^(-?)0\.", r"\1.", text)))
-    return tuple(dict.fromkeys((*forms, *zeros)))
+    listed_texts: list[str] = []
+    for text in (first_text, *texts):
+        listed_texts += [text, re.sub(r"^(-?)0\.", r"\1.", text)]
+    return tuple(dict.fromkeys((*listed_texts, *zeros)))
 
 
 def _format_fixed(numerator: int, decimals: int) -> str:
@@ -97,7 +100,8 @@ def _write_range(low: Fraction, high: Fraction) -> str:
 def _split_range(first: int, end: int, decimals: int) -> Iterator[tuple[int, int]]:
     """Split the integers from `first` up to `end`, without `end`, into blocks of all integers with the same prefix.
 
-    Yield for each block the prefix, and how many digits follow it. A block that begins with 0 has a fixed decimal.
+    Yield for each block the prefix, and how many digits follow it. In the block that begins with 0, at least one
+    decimal is in the prefix.
     """
     while first < end:
         free_digits = 0
@@ -110,7 +114,7 @@ def _split_range(first: int, end: int, decimals: int) -> Iterator[tuple[int, int
 
 
 def _write_block(prefix: int, free_digits: int, decimals: int) -> tuple[str, str]:
-    """Return a pattern for a block of numbers in two parts: up to the last fixed digit, and what follows.
+    """Return a pattern for a block of numbers in two parts: up to the last fixed digit, and after it.
 
     Students may leave out a zero before the decimal point, and zeros at the end.
     """
