@@ -30,7 +30,7 @@ test("a mistake is reported with the missing part and the lost points", () => {
   expect(told({ mistake: 0 })).toMatch(/Relative angle\. An angle lacks the joints before it\.$/);
   told({ mistake: 2 });
   expect([...document.querySelectorAll(".mistake .letter")].map((letter) => letter.textContent)).toEqual(["J", "P"]);
-  expect(told({ mistake: 1 })).toMatch(/A factor is lacking\. The missing factor contains θ2, θ3\. Without/);
+  expect(told({ mistake: 1 })).toMatch(/A factor is lacking\. The missing factor contains θ2, θ3\. The arm/);
 });
 
 test("each of several mistakes is reported, with its place if it has one", () => {

@@ -206,7 +206,7 @@ test("a notebook replaces answers only after a warning; then the fields have its
   Object.defineProperty(input, "files", { value: [new File(["{}"], "a.ipynb")] });
   await act(async () => void input.dispatchEvent(new Event("change", { bubbles: true })));
   expect(requests).toEqual([]);
-  expect(document.body.textContent).toContain("The notebook replaces all answers that you have submitted");
+  expect(document.body.textContent).toContain("it replaces all your submitted answers");
   await press("Submit anyway");
   await vi.waitFor(() => expect(typedTexts()).toEqual(["1", "2"]), { timeout: 5000 });
   await act(async () => undefined); // the fields have reported their text
