@@ -134,7 +134,10 @@ test.each([
   ],
   [
     "[[-a1*s1 - a2*s2, 0], [a1*c1 + a2*c2, 0]]",
-    ["Column 2 of your answer contains only zeros", "Column 1: one angle does not include the angles of earlier joints"],
+    [
+      "Column 2 of your answer contains only zeros",
+      "Column 1: one angle does not include the angles of earlier joints",
+    ],
   ],
   ["[[-a1*s1, -a2*s12], [a2*c12, a2*c12]]", ["Entry (1, 1): a term with a2", "Entry (2, 1): a term with a1"]],
   [

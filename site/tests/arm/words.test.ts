@@ -29,7 +29,9 @@ describe("the planar arm in words", () => {
   it("is slow near a singularity, along the direction that is lost there", () => {
     const text = told([0, 0.08]);
     expect(text).toContain("Near a singularity.");
-    expect(text).toMatch(/slowest in the direction \(−?1, −?0\.0\d, 0\)|slowest in the direction \(−?0\.9\d, −?0\.\d+, 0\)/);
+    expect(text).toMatch(
+      /slowest in the direction \(−?1, −?0\.0\d, 0\)|slowest in the direction \(−?0\.9\d, −?0\.\d+, 0\)/,
+    );
   });
 
   it("says that the boundary is reached", () => {
