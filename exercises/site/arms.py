@@ -27,8 +27,8 @@ def make_gallery_page(bank_families: Collection[str]) -> Page:
         practised=bank_families,
         tasks={name: _write_task(name) for name, family in FAMILIES.items() if not family.has_varied_structure},
         questions={name: question.title for name, question in QUESTIONS.items()},
-        translate_family=lambda title: {code: catalogues[code].translate_family(title) for code in catalogues},
-        translate_question=lambda title: {code: catalogues[code].translate_question(title) for code in catalogues},
+        translate_family=lambda title: {code: c.translate_family(title) for code, c in catalogues.items()},
+        translate_question=lambda title: {code: c.translate_question(title) for code, c in catalogues.items()},
     )
     return Page(GALLERY_PATH, "The arms", body, section="arms", kind="wide")
 

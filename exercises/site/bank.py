@@ -1,4 +1,6 @@
-"""Write the problem bank of the site: certified problems as JSON. A rerun does not rewrite files that are up to date.
+"""Write the problem bank of the site: certified problems as JSON.
+
+A rerun does not rewrite files that are up to date.
 
 bank/index.json                    the list of problems
 bank/FAMILY/KEY.json               the arm of a problem (`record.split_record`)
@@ -7,7 +9,7 @@ bank/FAMILY/KEY.de.json            texts in German, loaded if the page is in Ger
 bank/FAMILY/KEY/QUESTION.de.json   likewise
 bank/index.de.json                 the titles of index.json in German
 
-A page loads the arm and the question that it shows, because all questions about an arm are ten times as large.
+A page loads only the arm and the question that it shows. All questions about an arm would be ten times as much.
 """
 
 import hashlib
@@ -45,7 +47,7 @@ from qdot.exercises.writing.render import find_template_folder
 BANK_FOLDER = "bank"
 
 LANGUAGE_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
-"""The endings of the names of a file of the bank and of its translations."""
+"""The endings of the names of the bank's files, by language."""
 
 
 def write_bank(
@@ -123,7 +125,7 @@ def list_endings(entry: Json) -> list[str]:
 
 
 def _find_current_entry(stem: Path, source_digest: str) -> Json | None:
-    """Return a problem's entry in index.json if all its files exist and have the same source; else None."""
+    """Return a problem's entry in index.json if its files exist and were made from the same source; else None."""
     try:
         record = json.loads(Path(f"{stem}.json").read_text(encoding="utf-8"))
         entry: Json = record["listed"]

@@ -1,8 +1,8 @@
 """List the problems of the site's bank: several arms of each family at every step of variation, with their questions.
 
-A step of variation says how much arms may differ from the chapter's (`common.variation`). The first arm of a step gets
-all questions. The questions are divided among the other arms, so that each question comes with several more arms. A
-page shows one question of an arm at a time, so nobody needs all thirty questions for each of thousands of arms.
+A step of variation is how much arms may differ from the chapter's (`common.variation`). The first arm of a step gets
+all questions. The questions are divided among the other arms, so that each question applies to several more arms. A
+page shows only one question of an arm at a time, so thousands of arms don't need all thirty questions each.
 """
 
 import json
@@ -31,15 +31,15 @@ from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
 
 QUIZ = "quiz"
 MAX_ARMS = 1000
-"""Maximum number of arms of a family."""
+"""Maximum number of arms of a family; larger seeds are for replacements of problems that fail."""
 ARMS_PER_STEP = 25
 """Default number of arms of a family at every step."""
 ARMS_PER_QUESTION = 2
 """Number of arms that get each question, in addition to the first arm of a step."""
 MAX_QUIZ_SEED = 9
-"""Arms with odd seeds up to this one have short questions, too; these are one arm of each step."""
+"""Maximum seed of arms that also have short questions. Only odd seeds have them: one arm of each step."""
 COMPARED_SEEDS = (1, 2, 3)
-"""Seeds whose problems are compared to find the questions with sampled numbers, such as a configuration."""
+"""Seeds whose problems are compared to find the questions with sampled numbers, such as joint rates."""
 MAX_SEEDS_PER_ARM = 4
 """Maximum number of seeds to try for each arm, because some steps of variation give few different arms."""
 
@@ -55,7 +55,7 @@ DEFAULT_FRAME_CONVENTION = FrameConvention()
 
 
 class ArmShare(NamedTuple):
-    """The share of an arm in questions that several arms share: its index among these arms, and their number."""
+    """The index of an arm among the arms that share the same questions, and the number of these arms."""
 
     arm_index: int
     arm_count: int
@@ -83,10 +83,9 @@ class BankProblem:
     frame_convention: FrameConvention = DEFAULT_FRAME_CONVENTION
 
     def generate(self, seed_number: int = 1) -> Problem:
-        """Return the problem with its seed number `seed_number`.
+        """Return the problem; a `seed_number` above 1 gives a replacement if the problem failed its certificate.
 
-        If the problem fails its certificate with a seed, the next seed is tried. No other problem has the seeds after
-        the first.
+        No other problem has these seeds.
         """
         if self.problem is not None:
             return self.problem
@@ -186,7 +185,7 @@ def _find_distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int
 def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tuple[str, ...]:
     """Return the questions for arm number `arm_index` (from 0) of `arm_count` arms that share the questions.
 
-    Each question comes with ARMS_PER_QUESTION arms. If there are no more arms than that, each gets all questions.
+    Each question is asked about ARMS_PER_QUESTION arms. If there are no more arms than that, each gets all questions.
 
     >>> [deal_questions("abcd", index, 4) for index in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
@@ -206,7 +205,7 @@ def _list_questions(family: str, convention: str) -> tuple[str, ...]:
 def find_questions_with_sampled_numbers(
     family: str, frame_convention: FrameConvention = DEFAULT_FRAME_CONVENTION
 ) -> tuple[str, ...]:
-    """Return the questions whose numbers vary for the same arm, such as a configuration or joint rates."""
+    """Return the questions that have sampled numbers, such as joint rates, which differ between problems on one arm."""
     step, questions = next(iter(VARIATION_STEPS)), _list_questions(family, frame_convention.name)
     identities = [ProblemId(family, seed, questions, variation=step) for seed in COMPARED_SEEDS]
     problems = [generate(identity.with_convention(*frame_convention)) for identity in identities]

@@ -66,14 +66,11 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     )
     custom_questions = find_custom_questions(spec.problems)
     folder = spec.folder / bank.BANK_FOLDER
-    bank_paths = {
-        name: {ending: folder / f"{name}{ending}" for ending in bank.list_endings(entry)}
-        for entry in entries
-        for name in [f"{entry['family']}/{entry['key']}"]
-    }
-    sizes = {
-        name: {ending: path.stat().st_size for ending, path in paths.items()} for name, paths in bank_paths.items()
-    }
+    bank_paths: dict[str, dict[str, Path]] = {}
+    for entry in entries:
+        name = f"{entry['family']}/{entry['key']}"
+        bank_paths[name] = {ending: folder / f"{name}{ending}" for ending in bank.list_endings(entry)}
+    sizes = {name: {ending: p.stat().st_size for ending, p in paths.items()} for name, paths in bank_paths.items()}
     files: dict[str, str | bytes] = {
         **{path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files},
         ROBOTS_FILE: make_tables_json(),

@@ -45,7 +45,7 @@ def _make_translated_page(path: str, write: Callable[[str], tuple[str, str]], ki
 
 
 def _list_examples(language: str) -> list[dict[str, object]]:
-    """Return the number, title, address and figure of each example; `is_translated` is about the figure's words."""
+    """Return the number, title, address and figure of each example, and whether the figure's words are translated."""
     return [
         {"number": example.number, "title": example.title, "address": make_example_path(example.number)}
         | _draw_card_figure(example, language)
@@ -91,7 +91,7 @@ def _write_example(index: int, language: str) -> tuple[str, str]:
         example=example,
         given=to_html(intro),
         figure=draw_figure_svg(arm, f"{example.key}-arm"),
-        steps=[(title, to_html(text, width_share=FORMULA_SHARE)) for title, text in example.steps],
+        steps=[(heading, to_html(text, width_share=FORMULA_SHARE)) for heading, text in example.steps],
         singular=draw_singular_svg(arm, f"{example.key}-singular", language) if example.shows_singularities else "",
         errata=to_html(errata_list, width_share=FORMULA_SHARE) if corrections_here else "",
         arm=json.dumps(make_arm_data(arm), ensure_ascii=False),

@@ -30,13 +30,9 @@ def list_commands(program: Any, name: str) -> Iterator[Command]:
     context = program.context_class(program, info_name=name)
     records = filter(None, (parameter.get_help_record(context) for parameter in program.params))
     usage = " ".join(program.collect_usage_pieces(context))
-    yield Command(
-        name,
-        f"{name} {usage}",
-        to_html(_remove_marks(program.help or "")),
-        tuple((parameter, " ".join(_remove_marks(meaning).split())) for parameter, meaning in records),
-        _remove_marks(program.epilog or "").strip(),
-    )
+    parameters = tuple((parameter, " ".join(_remove_marks(meaning).split())) for parameter, meaning in records)
+    help_html, examples = to_html(_remove_marks(program.help or "")), _remove_marks(program.epilog or "").strip()
+    yield Command(name, f"{name} {usage}", help_html, parameters, examples)
 
 
 def _remove_marks(text: str) -> str:

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 REPLACED_PAGES = {"examples": "examples/index.html", "errata": "examples/errata.html", "families": "arms.html"}
-"""Pages of docs/ that the site replaces by pages of its own, and the paths of these."""
+"""Pages of docs/ that the site replaces, each with the path of the site's own page."""
 COMMANDS = "commands"
 """The page on the command line, which is made from the program itself."""
 GROUPS: dict[str, dict[str, tuple[str, str]]] = tomllib.loads(
     Path(__file__).with_name("guide.toml").read_text(encoding="utf-8")
 )
-"""By group, the pages of docs/ with their titles and a line on their content."""
+"""The pages of docs/ by group, each with its title and a line on its content."""
 OTHER_PAGES = "More"
-"""The last group, for all other pages."""
+"""The name of the last group, which has all other pages."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """Make the keys for grading in a browser: values of the correct answer and of known mistakes at some configurations.
 
-A key contains numbers, no formulas. The first configurations have two decimals, so that a counterexample can be checked
-by hand. Correct values are computed with many digits and written with 15 digits, those of mistakes with 6 digits. So a
-key has the same bytes on every machine. The forms of a key:
+A key contains numbers but no formulas. The first configurations have two decimals, so that a counterexample can be
+checked by hand. Correct values are computed with many digits and written with 15 digits, those of mistakes with 6
+digits. So a key has the same bytes on every machine. A key has one of these forms:
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
      "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
@@ -19,8 +19,8 @@ key has the same bytes on every machine. The forms of a key:
 
 "print" is a fingerprint, one number for a whole answer at a configuration: the sum of its entries, row by row, each
 times `compute_weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. A numeric
-direction has that vector as "values". The page itself finds single mistakes in a formula, and mistakes in conditions
-(site/src/grade/slips.ts, set-slips.ts).
+direction has that vector as "values". Single mistakes in a formula and mistakes in conditions are not in the key,
+because the page finds them itself (site/src/grade/slips.ts, set-slips.ts).
 """
 
 import itertools
@@ -63,23 +63,23 @@ POINT_COUNT, SAMPLED_POINT_COUNT = 16, 24
 
 More are sampled, because the answer may be undefined at some of them."""
 MAX_ENTRY = 1e8
-"""Maximum of an entry; a larger entry means a nearly singular arm, whose rounding hides differences of formulas."""
+"""Maximum of an entry. A larger entry means that the arm is nearly singular, so that rounding hides differences."""
 MIN_POINT_COUNT, FINGERPRINT_POINT_COUNT = 3, 2
 """Minimum number of configurations in a key, and number of configurations at which mistakes are evaluated."""
 MAX_MISTAKES, MAX_NUMERIC_MISTAKES, MAX_MISTAKE_NUMBERS = 60, 160, 500
-"""Maximum number of mistakes in formulas, of mistakes in a numeric answer, and of all numbers of the latter."""
+"""Maximum number of mistakes in formulas, of mistakes in a numeric answer, and of all numbers of these mistakes."""
 ALWAYS_INCLUDED = (
     *catalogue.NUMERIC_MISTAKES, "transposed", "cross-order", "sign", "transpose-for-inverse",
     "determinant-forgotten", "jacobian-for-inverse", "degrees",
 )  # fmt: skip
-"""Mistakes that are always included, because they are frequent but late in the catalogue."""
+"""Mistakes that are always included, because they are frequent but come late in the catalogue."""
 THROUGHOUT_MISTAKES = (
     "lengths-missing", "relative-throughout", "trig-throughout", "constants-left-out", "constants-sign",
     "constants-in-degrees", "constants-wrong-radians", "sum-of-angles-split",
 )  # fmt: skip
-"""Mistakes that a student makes everywhere in the finished formulas, the likely mistakes first."""
+"""Mistakes that a student makes everywhere in the finished formulas, the likeliest first."""
 MAX_THROUGHOUT_MISTAKES = 16
-"""Maximum number of variants of these mistakes."""
+"""Maximum number of variants of THROUGHOUT_MISTAKES in a key."""
 CONFIGURATIONS_PER_PIECE = 6
 """Number of configurations on each piece of a singular set."""
 GOLDEN_RATIO = 0.6180339887498949
@@ -98,7 +98,7 @@ def compute_weight(index: int) -> float:
 
 
 def make_key(problem: Problem, part: Part, with_mistakes: bool = True) -> Json:
-    """Return the key of a part; if `with_mistakes`, also find the known mistakes, which takes most of the time."""
+    """Return the key of a part, with known mistakes if `with_mistakes`; finding these takes most of the time."""
     return _KeyMaker(problem, part, with_mistakes).visit(part.answer)
 
 
@@ -165,10 +165,8 @@ class _KeyMaker(AnswerVisitor[Json]):
         }  # fmt: skip
 
     def _explain_options(self) -> list[list[Json]]:
-        blames_by_option = explain_options(self.problem, self.part, _make_stream(self.problem, self.part))
-        return [
-            [_make_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in blames_by_option
-        ]
+        option_blames = explain_options(self.problem, self.part, _make_stream(self.problem, self.part))
+        return [[_make_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in option_blames]
 
     def _collect(self, mistakes: Iterator[Json]) -> list[Json]:
         return list(mistakes) if self.with_mistakes else []
@@ -191,7 +189,7 @@ def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]
 
 
 def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> Json:
-    """Return the coefficient of each rate, velocity or force in each entry, if the entries are linear in it."""
+    """Return the coefficients, in each entry, of each rate, velocity or force in which all entries are linear."""
     nodes = [parse_formula(text, problem.domain.roles) for text in part.answer.list_formulas()]
     program, used_names = compile_program(nodes), set().union(*map(find_names, nodes))
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items() if name in used_names}
@@ -260,7 +258,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
 
 
 def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues, key: Json) -> Iterator[Json]:
-    """Yield the records of mistakes that are made everywhere in the finished formulas, the likely mistakes first."""
+    """Yield the records of mistakes that are made everywhere in the finished formulas, the likeliest first."""
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     rows = as_matrix(parse_formula(write_answer_code(problem, part), problem.domain.roles))
     reference_names = set().union(*(find_names(entry) for row in rows for entry in row))
@@ -299,7 +297,7 @@ def _predict_wrong_answers(
 
 
 class _NumericMistake(NamedTuple):
-    """A mistake in a numeric answer: how frequent it is, its record, and the wrong numbers that it leads to."""
+    """A mistake in a numeric answer: its frequency, its record, and the wrong numbers that it leads to."""
 
     frequency: float
     record: Json
@@ -330,7 +328,7 @@ def _select_likeliest_mistakes(mistakes: Iterable[_NumericMistake], correct: Ite
 def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
     """Return the fingerprint of an answer (rows, columns, points): a number for each point, as text.
 
-    If `up_to_a_factor`, it is the fingerprint of the unit vector, without its sign.
+    If `up_to_a_factor`, return the fingerprint of the unit vector along the answer, without its sign.
     """
     entries = answer.reshape(-1, answer.shape[-1])
     if up_to_a_factor:
@@ -421,7 +419,7 @@ def _compute_norm(answer: np.ndarray) -> np.ndarray:
 
 
 _CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _take_first_values), "speed": ("velocity", _compute_norm)}
-"""For each numeric short question: the chapter's question behind it, and a function from its answer to the number."""
+"""By numeric short question: the chapter's question from which it follows, and a function that extracts the number."""
 
 
 _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
@@ -429,9 +427,9 @@ _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 
 
 def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return the derived question behind a part, and a function that extracts the part's numbers from its answer.
+    """Return a question whose answer the stages give, and a function that extracts the part's numbers from it.
 
-    The question is the part itself, or a question of the chapter; None if there is no such question.
+    The question is the part itself, or the chapter's question from which it follows; None if there is no such question.
     """
     if comes_from_stages(part) or part.kind not in _CHAPTER_QUESTIONS:
         return (part if comes_from_stages(part) else None), _take_first_values

@@ -9,7 +9,7 @@ INDEX_FILE, ROBOTS_FILE = "bank/index.json", "bank/robots.json"
 """The list of the problems in the bank (`bank`), and the example tables of arms (`robots`)."""
 
 MAX_DEPTH = 7
-"""Maximum depth of a missing address from which the error page finds the site."""
+"""Maximum number of folders above a missing address in which the error page searches for the site."""
 
 
 @dataclass(frozen=True)
@@ -51,5 +51,5 @@ class Page:
 
 
 def translate_message(message: str) -> dict[str, str]:
-    """Return the translations of a message by language; scripts replace the English text by one of them."""
+    """Return the translations of a message by language; scripts replace the English text with one of them."""
     return {code: load_catalogue(code).gettext(message) for code in LANGUAGES}

@@ -27,8 +27,10 @@ SCRIPT_SOURCES = {
     "course": "src/course/main.tsx", "check": "src/check/main.tsx", "package": "src/course/package.tsx",
     "serve": "src/serve/main.ts", "pages": "src/pages/main.ts",
 }  # fmt: skip
-"""The source of each script that pages load; "package" is for packages for learning platforms (`exports.scorm`).
-"serve" is for the pages of `qdot serve`."""
+"""The source of each script that pages load.
+
+"package" is for packages for learning platforms (`exports.scorm`), "serve" for the pages of `qdot serve`.
+"""
 NODE_VERSION = "Node 20.19 or later"
 """The versions of Node that build the scripts, as in site/package.json. Node includes npm."""
 HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
@@ -131,7 +133,7 @@ def _list_styles(manifest: Mapping[str, Mapping[str, Sequence[str]]], source: st
 def make_pages(
     docs: Path | None, command_reference: str, course: str, families: Collection[str], licences: str
 ) -> Iterator[Page]:
-    """Yield every page.
+    """Yield every page of the site.
 
     - `docs`: the folder of the documentation, None for a site without documentation
     - `command_reference`: the body of the page on the command line

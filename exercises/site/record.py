@@ -33,7 +33,7 @@ from qdot.exercises.writing.latex import list_prismatic_joints, tex, write_symbo
 from qdot.exercises.writing.markup import to_html
 
 LENGTH_TOLERANCE, SHORTENING_FACTOR = 1e-9, 0.85
-"""Difference in metres below which two lengths count as equal, and the factor by which one of them is then changed."""
+"""Difference in metres below which two lengths count as equal, and the factor that then shortens one of them."""
 
 
 def make_site_record(problem: Problem) -> Json:
@@ -56,8 +56,9 @@ def make_site_record(problem: Problem) -> Json:
 def make_asked_record(problem: Problem, has_hints: bool, language: str = ENGLISH) -> Json:
     """Return the record of a problem in a language, for a page whose answers are judged elsewhere.
 
-    It is as in `make_site_record`, but without "said", and each "key" has only the form of the answer: {"type",
-    "units", "items": number of items to be matched}. If it is not English, it also has "lang". It has no correct value.
+    The record is as in `make_site_record`, but without "said" and without correct values. Each "key" has only the form
+    of the answer: {"type", "units", "items": number of items to be matched}. A record in another language than English
+    also has "lang".
     """
     record = _make_record(problem, [_describe_form(part) for part in problem.parts])
     if language != ENGLISH:
@@ -81,15 +82,13 @@ def _describe_form(part: Part) -> Json:
 
 def _make_record(problem: Problem, keys: Sequence[Json]) -> Json:
     """Return the record of a problem, as in `make_site_record`, with these keys and without "said"."""
-    chain = problem.chain
-    record: Json = {"id": str(problem.id), "family": problem.id.family, "title": problem.title}
-    record |= {
-        "difficulty": rate_difficulty_band(chain),
-        "statement": to_html(problem_texts.write_statement(problem, "", is_movable=True)),
-    }
-    record |= {"figure": draw_figure_svg(chain), "alt": describe_figure(chain), **make_arm_record(problem)}
+    chain, statement = problem.chain, problem_texts.write_statement(problem, "", is_movable=True)
     parts = [_make_part_record(problem, part) | {"key": key} for part, key in zip(problem.parts, keys, strict=True)]
-    return record | {"parts": parts}
+    return {
+        "id": str(problem.id), "family": problem.id.family, "title": problem.title,
+        "difficulty": rate_difficulty_band(chain), "statement": to_html(statement), "figure": draw_figure_svg(chain),
+        "alt": describe_figure(chain), **make_arm_record(problem), "parts": parts,
+    }  # fmt: skip
 
 
 def make_arm_record(problem: Problem) -> Json:
@@ -99,10 +98,10 @@ def make_arm_record(problem: Problem) -> Json:
 
 
 def split_record(record: Json, texts: Json, solutions: Json | None) -> dict[str, Json]:
-    """Return what the files of a problem contain, by the endings of their names: "" for the arm, "/QUESTION".
+    """Return the contents of a problem's files by the endings of their names: "" for the arm, else "/QUESTION".
 
     - `record`: the problem, as in `make_site_record`
-    - `texts`: the same, or its texts in another language
+    - `texts`: the same record, or its texts in another language
     - `solutions`: the worked solutions in the language of the texts; None if students may not see them
 
     A question is a part with {"said": {index: row} of the mistakes in its key, "solved": its solution}; the arm has the
@@ -144,7 +143,7 @@ def list_determinant_factors(chain: Chain) -> list[list[str]]:
 
 
 def translate_record(problem: Problem, record: Json, language: str) -> Json:
-    """Return the texts of a problem in another language, to replace those in its `record`.
+    """Return the texts of a problem in another language, which replace the texts in its `record`.
 
     {"title", "statement", "parts": [{"name", "title", "prompt", "hints", "options"}], "said": as in the record}
     """
@@ -179,10 +178,8 @@ def translate_solutions(problem: Problem, language: str) -> Json:
 def _translate_sentence(messages: Catalogue, name: str, _: str, sentence: str, *missing: str) -> list[str]:
     """Return a row of `MistakeSentences` in another language."""
     mistake = CATALOGUE[name]
-    translated_sentence = messages.translate_mistake_sentence(
-        name, mistake.message, mistake.chapter_reference, sentence
-    )
-    return [name, messages.translate_mistake_title(name, mistake.title), translated_sentence, *missing]
+    translation = messages.translate_mistake_sentence(name, mistake.message, mistake.chapter_reference, sentence)
+    return [name, messages.translate_mistake_title(name, mistake.title), translation, *missing]
 
 
 def make_solutions_record(problem: Problem) -> Json:
@@ -192,13 +189,10 @@ def make_solutions_record(problem: Problem) -> Json:
     """
     parts = []
     for part in problem.parts:
+        solution = write_html_with_latex(problem_texts.write_solution(problem, part))
         figure = draw_singular_configurations(problem, part, f"{part.name}-solution")
-        record = {
-            "name": part.name,
-            "solution": write_html_with_latex(problem_texts.write_solution(problem, part)),
-            "figure": figure,
-        }
-        parts.append(record | {"typed": problem_texts.write_answer_code(problem, part)})
+        typed_answer = problem_texts.write_answer_code(problem, part)
+        parts.append({"name": part.name, "solution": solution, "figure": figure, "typed": typed_answer})
     return {"id": str(problem.id), "factors": list_determinant_factors(problem.chain), "parts": parts}
 
 
@@ -281,18 +275,15 @@ class MistakeSentences:
 def _make_part_record(problem: Problem, part: Part) -> Json:
     """Return the record of a part, as in `make_site_record`, without its key."""
     chain, question, prompt_text = problem.chain, question_of(part), problem_texts.write_prompt(problem, part)
-    svg = draw_part_svg(chain, part, part.name)
-    record: Json = {"name": part.name, "kind": part.kind, "title": question.title, "type": part.type}
-    record |= {"shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text)}
-    record |= {"names": find_mentioned_names(problem, prompt_text)}
-    record |= {"labels": list(question.list_names_to_type(chain, part))}
-    record |= {"columns": list(question.name_columns(chain)), "grid": _list_labels(chain, part), "figure": svg}
-    record |= {"alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part)}
-    record |= {
-        "hints": list(map(write_html_with_latex, problem_texts.write_hints(problem, part))),
-        "options": _list_options(problem, part),
-    }
-    return record
+    svg, hints = draw_part_svg(chain, part, part.name), problem_texts.write_hints(problem, part)
+    return {
+        "name": part.name, "kind": part.kind, "title": question.title, "type": part.type,
+        "shape": part.shape and list(part.shape), "points": part.points, "prompt": to_html(prompt_text),
+        "names": find_mentioned_names(problem, prompt_text), "labels": list(question.list_names_to_type(chain, part)),
+        "columns": list(question.name_columns(chain)), "grid": _list_labels(chain, part), "figure": svg,
+        "alt": describe_part_figure(chain, part) if svg else "", "pose": _find_given_pose(chain, part),
+        "hints": list(map(write_html_with_latex, hints)), "options": _list_options(problem, part),
+    }  # fmt: skip
 
 
 def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
@@ -311,10 +302,8 @@ def _write_label(name: str, chain: Chain) -> str:
 
 def _find_given_pose(chain: Chain, part: Part) -> dict[str, float] | None:
     """Return the joint values and lengths that a question gives, for the arm beside it; None if there are none."""
-    shown_symbols = {symbol.name for symbol in (*chain.q, *choose_example_values(chain))}
-    return {
-        name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_symbols
-    } or None
+    shown_names = {symbol.name for symbol in (*chain.q, *choose_example_values(chain))}
+    return {name: value for name, value in part.details.list_shown_values(chain).items() if name in shown_names} or None
 
 
 def _list_options(problem: Problem, part: Part, language: str = ENGLISH) -> list[str] | None:

@@ -23,7 +23,7 @@ from qdot.exercises.robots.robot_file import ENTRY_KEYS
 from qdot.exercises.writing.languages import LANGUAGES, load_catalogue
 
 PLAIN_FAMILIES = ("planar-2r", "scara", "elbow-3r", "spherical", "anthropomorphic-6r")
-"""Families whose chapter arms are at the top of the list."""
+"""Families whose arms from the chapter are at the top of the list."""
 ZERO_VECTOR = ["0", "0", "0"]
 
 
