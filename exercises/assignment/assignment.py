@@ -1,7 +1,7 @@
 """Read and check an assignment folder: assignment.toml, roster.csv and the secret. Errors name file and line.
 
-A slot is one [[problem]] of assignment.toml, in which each student gets a problem. A problem is generated from the
-secret, the student's identifier and the slot. Therefore every command can generate it again, and it is not stored.
+A slot is one [[problem]] of assignment.toml: each student gets a different problem in it. Problems are not stored,
+because every command can generate them again from the secret, the student's identifier and the slot.
 """
 
 import datetime
@@ -26,14 +26,7 @@ from qdot.exercises.assignment.front_page import FrontPage, read_front_page
 from qdot.exercises.assignment.gradebook import LAST_NAME_KEY, Gradebook, get_cell, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacement, Replacements, read_replacements
-from qdot.exercises.common.errors import (
-    ErrorList,
-    KeyReason,
-    QdotError,
-    count_noun,
-    find_most_similar,
-    make_name_error,
-)
+from qdot.exercises.common.errors import ErrorList, KeyReason, QdotError, count_noun, find_most_similar, make_name_error
 from qdot.exercises.common.files import is_changed_by_windows
 from qdot.exercises.common.input_file import TomlFile, read_table, read_text, read_toml
 from qdot.exercises.common.variation import DEFAULT_VARIATION, find_canonical_name
@@ -68,7 +61,7 @@ Parsed = TypeVar("Parsed")
 
 ASSIGNMENT_FILE = "assignment.toml"
 QUESTION_FILE_EXTENSION = ".toml"
-"""The ending of a name in `questions` that stands for the questions in a file."""
+"""The extension of files of questions. In `questions`, a name with this ending stands for the questions in a file."""
 SECRET_FILE = "secret.txt"  # noqa: S105 - a file's name
 SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
@@ -161,8 +154,8 @@ WINDOWS_NAME_RULE = (
 class Student:
     """A student on the roster.
 
-    `other_cells` are pairs (column, cell). `due_date` is for this student only. `last_name` is the last words of
-    `name`, if the roster has a column for it.
+    `other_cells` are pairs (column, cell). `due_date` is for this student only. `last_name` is "" unless the roster has
+    a column for it.
     """
 
     id: str
@@ -177,9 +170,9 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the minimum and maximum difficulty. `robot_digest` is a digest of the file of an instructor's robot, ""
-    for a family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the
-    arms, and `twist_order` is the order of their twists. `decimals` has the tolerance of each question that accepts
+    `band` is the minimum and maximum difficulty. `robot_digest` is a hash of the instructor's robot file, or "" for a
+    family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the arms, and
+    `twist_order` is the order of the two halves of a twist. `decimals` has the tolerance of each question that accepts
     rounded decimals. `credit` has the rule for partial credit of each question for which the assignment sets one.
     `definitions` are the instructor's own questions that the slot asks.
     """
@@ -245,7 +238,7 @@ class Slot:
     def generate_from_seed(self, seed: int) -> Problem:
         """Return the problem of this slot with a given seed.
 
-        Raises QdotError, with the file, the line and the key, if an own question can't be asked about the arm.
+        Raises QdotError, with the file, the line and the key, if an instructor's question can't be asked about the arm.
         """
         try:
             problem = generation.generate(
@@ -340,7 +333,7 @@ class Assignment:
         return replace(self, slots=tuple(slots)), tuple(sorted(text_names))
 
     def generate_problems(self, student: str) -> list[tuple[str, Problem]]:
-        """Return the student's problems, each after the name of its slot; they are the same on every machine."""
+        """Return the student's problems, each with the name of its slot; they are the same on every machine."""
         return [(slot.name, slot.generate_from_seed(self.make_problem_id(slot, student).seed)) for slot in self.slots]
 
     def make_problem_id(self, slot: Slot, student: str) -> ProblemId:
@@ -385,7 +378,7 @@ class Assignment:
         return self._hash_with_seed_numbers(self.notebook_digest, student)
 
     def _hash_with_seed_numbers(self, digest: str, student: str) -> str:
-        """Return a hash of a digest and the numbers of all seeds after the first; the digest if there are none."""
+        """Return a hash of a digest and of all seed numbers above 1, or the digest itself if there are none."""
         seed_numbers = [(slot.name, self.seed_number_of(slot, student)) for slot in self.slots]
         later_seed_numbers = [(slot_name, number) for slot_name, number in seed_numbers if number > 1]
         return _compute_short_hash(repr((digest, later_seed_numbers))) if later_seed_numbers else digest
@@ -405,15 +398,15 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     Assignment(planar: 1 problems, 3 students)
     """
     _check_folder(folder)
-    errors, roster = ErrorList(), folder / "roster.csv"
+    errors, roster_path = ErrorList(), folder / "roster.csv"
     file: TomlFile | None = None
     students: tuple[Student, ...] = ()
     gradebook, secret, replacements = None, "", dict[tuple[str, str], Replacement]()
     with errors.collect():
         file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     with errors.collect():
-        if roster.exists() or not is_preview:
-            students, gradebook = read_roster(roster), read_export(roster)
+        if roster_path.exists() or not is_preview:
+            students, gradebook = read_roster(roster_path), read_export(roster_path)
     with errors.collect():
         secret = read_secret(folder, PREVIEW_SECRET if is_preview else "")
     with errors.collect():
@@ -457,7 +450,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
 
 
 def split_question_name(name: str) -> tuple[str, str]:
-    """Return the file that a name in `questions` stands for, and the question that it chooses; "" if there is none.
+    """Split a name in `questions` into a file name and the name of a question; either of them may be "".
 
     >>> split_question_name("../statics.toml#torque"), split_question_name("statics.toml"), split_question_name("rank")
     (('../statics.toml', 'torque'), ('statics.toml', ''), ('', 'rank'))
@@ -467,7 +460,7 @@ def split_question_name(name: str) -> tuple[str, str]:
 
 
 def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict[str, Definition], dict[str, TomlFile]]:
-    """Return the instructor's questions by name, and the file of each: assignment.toml, or one that a problem names.
+    """Return the instructor's questions by name, and the file of each: assignment.toml, or a file named by a problem.
 
     In `content`, the name of a file is replaced by the names of its questions. Raises QdotError.
     """
@@ -506,13 +499,13 @@ def _read_all_definitions(file: TomlFile, content: AssignmentFile) -> tuple[dict
 
 
 def _asks_only_built_in_questions(content: AssignmentFile, entry: ProblemEntry) -> bool:
-    """Return whether a problem names no question that the file or another file defines."""
+    """Return whether a problem asks none of the instructor's own questions."""
     names = entry.questions if isinstance(entry.questions, list) else []
     return not any(name in content.question or split_question_name(name)[0] for name in names)
 
 
 def _parse(file: TomlFile, key_path: Sequence[str | int], parse: Callable[..., Parsed], *values: object) -> Parsed:
-    """Return the result of `parse` for the values of a key; QdotErrors get the file, the line and the key."""
+    """Return the result of `parse` for the values of a key; add the file, the line and the key to a QdotError."""
     with file.locate_errors(*key_path):
         return parse(*values)
 
@@ -525,7 +518,7 @@ def _check_assignment_key(key: str) -> None:
 
 
 def _check_folder(folder: Path) -> None:
-    """Raise QdotError if the path is not a folder, or if it is inside an assignment's folder."""
+    """Raise QdotError if the path is not a folder, or if it is a subfolder of an assignment folder."""
     parent_folder = folder / ".." if folder.name in ("", "..") else folder.parent
     if folder.exists() and not (folder / ASSIGNMENT_FILE).exists() and (parent_folder / ASSIGNMENT_FILE).is_file():
         raise QdotError(f"{folder} is inside an assignment folder; give that folder, {parent_folder}")
@@ -539,17 +532,16 @@ def _check_folder(folder: Path) -> None:
 
 
 class _UsableContent(NamedTuple):
-    """The usable content of a file, and the indices of the problems that can't be used."""
+    """The usable content of assignment.toml, and the indices (from 0) of the problems that can't be used."""
 
     content: AssignmentFile
     unusable_problems: Set[int]
 
 
 def _find_usable_content(file: TomlFile, errors: ErrorList) -> _UsableContent:
-    """Return the usable content of a file.
+    """Return the usable content of assignment.toml, so that it can be checked even if other parts have errors.
 
-    Misspelt or missing keys and wrong values are added to `errors`, and left out of the content, so that the rest can
-    be checked, too.
+    Misspelt or missing keys and wrong values are added to `errors` and left out of the content.
     """
     with errors.collect():
         file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
@@ -597,7 +589,8 @@ def _read_slots(
 ) -> list[Slot]:  # fmt: skip
     """Return the slots of all problems, except `unusable_problems`; add all errors to `errors`.
 
-    If some of the instructor's own questions have errors, the problems that ask own questions are left out, too.
+    If some of the instructor's questions have errors, all problems that ask the instructor's questions are left out,
+    too.
     """
     slots: list[Slot] = []
     definitions, definition_files = dict[str, Definition](), dict[str, TomlFile]()
@@ -650,7 +643,7 @@ def _read_slot(
     with errors.collect():
         band = parse("difficulty", _read_band, entry.difficulty)
     errors.raise_all()
-    if not robot_digest:  # for a robot, "" (the default) would mean the convention of its file
+    if not robot_digest:  # for a robot, "" stays, because it means the convention of the robot's file
         convention = normalized_convention
     with errors.collect():
         twist_order = parse(
@@ -693,8 +686,8 @@ def _read_slot(
 
 def _check_tolerances(slot: Slot, setting: int | str | Mapping[str, int | str]) -> None:
     """Raise QdotError if a tolerance has a different unit from the answer to a built-in question."""
-    own_names = {definition.name for definition in slot.definitions}
-    names = tuple(name for name, rounding in slot.decimals if rounding.absolute and name not in own_names)
+    instructor_names = {definition.name for definition in slot.definitions}
+    names = tuple(name for name, rounding in slot.decimals if rounding.absolute and name not in instructor_names)
     if names:
         parts = replace(slot, questions=names, points=None).generate_from_seed(0).parts
         check_units(setting, slot.questions, {part.name: part.answer for part in parts})
@@ -706,8 +699,8 @@ def check_definition_on_family(
 ) -> list[str]:  # fmt: skip
     """Check an instructor's question on one arm of a family, for example that its texts can be filled in.
 
-    Return warnings. Raise QdotError, which begins with the key, if a check fails, for example because a number is the
-    same for all given values.
+    Return warnings. Raise QdotError if a check fails, for example because a number is the same for all given values;
+    its message begins with the key.
     """
     try:
         generation.check_questions(family, (definition.name,), band, variation, convention, (definition,))
@@ -740,15 +733,12 @@ def check_definition_on_family(
         except QdotError as error:
             raise QdotError(f"options: {error}") from None
     warnings = maker.list_warnings(problem.chain)
-    keys = [warning.key if isinstance(warning, KeyReason) else "" for warning in warnings]
-    return [
-        f"{definition.find_location(key)}: for {family.name}, {warning}"
-        for key, warning in zip(keys, warnings, strict=True)
-    ]
+    pairs = [(warning, warning.key if isinstance(warning, KeyReason) else "") for warning in warnings]
+    return [f"{definition.find_location(key)}: for {family.name}, {warning}" for warning, key in pairs]
 
 
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
-    """Return the order of twists of a slot; "" for arms described by tables, and for the order of a robot's file.
+    """Return the twist order of a slot; "" for arms described by tables, and if a robot's file decides.
 
     `setting` is the order that the slot sets, and `default` that of the assignment. Raises QdotError.
     """
@@ -764,7 +754,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
 def _has_twist_order(convention: str, family: Family) -> bool:
     """Return whether arms are described by their axes, so that their twists have an order.
 
-    If `convention` is "", a family has the first convention, and a robot has the convention of its file.
+    The convention "" means the default one: for a family the first, and for a robot that of its file.
     """
     default = DEFAULT_CONVENTION if family.textbook_arm is None else family.textbook_arm.convention
     return bool(REGISTRY[convention or default].twist_orders)
@@ -793,8 +783,8 @@ def _choose_questions(family: Family, setting: list[str] | str | None, conventio
 def _check_points(points: tuple[float, ...] | None, question_count: int) -> None:
     if points is not None and len(points) != question_count:
         counts = f"{count_noun(len(points), 'number')} for {count_noun(question_count, 'question')}"
-        form = EXPECTED_FORMS["points"].removesuffix("[1, 2]")
-        raise QdotError(f"{counts}; {form}{[1] * question_count}")
+        advice = EXPECTED_FORMS["points"].removesuffix("[1, 2]")
+        raise QdotError(f"{counts}; {advice}{[1] * question_count}")
     if points is not None and any(not 0 < number < MAX_QUESTION_POINTS for number in points):
         raise QdotError(EXPECTED_FORMS["points"])
 
@@ -820,7 +810,7 @@ def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
 def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Student, ...]:
     """Return the students in a roster, which is a table with a column `student` or an export from Canvas or Moodle.
 
-    If there is no such file, the error says `missing_hint`. Raises QdotError with all errors.
+    If there is no such file, the message contains `missing_hint`. Raises QdotError with all errors.
     """
     students: list[Student] = []
     lines: dict[str, int] = {}
@@ -863,8 +853,8 @@ def _parse_due_date(location: str, text: str) -> datetime.datetime | None:
             return datetime.datetime.fromisoformat(text)
     except ValueError:
         pass
-    form = "expected a date with a time, as in 2027-01-20T23:59:00+01:00, or nothing"
-    raise QdotError(f"{location}: due = {text!r}: {form}")
+    expected_form = "expected a date with a time, as in 2027-01-20T23:59:00+01:00, or nothing"
+    raise QdotError(f"{location}: due = {text!r}: {expected_form}")
 
 
 def _check_identifier(location: str, identifier: str) -> None:
@@ -882,7 +872,7 @@ def _check_identifier(location: str, identifier: str) -> None:
 def read_secret(folder: Path, default: str = "") -> str:
     """Return the assignment's secret, from its file or from the environment.
 
-    If there is none, return `default`; raise QdotError if this is "".
+    If there is none, return `default`. Raises QdotError if the default is "", too.
     """
     path = folder / SECRET_FILE
     secret, source = os.environ.get(SECRET_VARIABLE, "").strip() or default, f"${SECRET_VARIABLE}"

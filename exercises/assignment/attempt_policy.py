@@ -1,6 +1,6 @@
 """Decide which of a student's notebooks count: the last one, or the best of a few submitted at different times.
 
-A notebook replaces another one that was received shortly before. Several guesses in quick succession are therefore one
+A notebook replaces another one that was received shortly before, so several guesses in quick succession are one
 attempt.
 """
 
@@ -21,8 +21,8 @@ DEFAULT_BEST_OF, DEFAULT_MIN_INTERVAL = 5, 600
 class AttemptPolicy:
     """The last notebook counts if `best_of` is None; otherwise the best of the first `best_of` attempts.
 
-    A notebook that comes less than `min_interval` seconds after the first of an attempt belongs to this attempt.
-    `tries` is how often a student may answer each question online; None stands for any number.
+    A notebook received less than `min_interval` seconds after the first one of an attempt belongs to the same attempt.
+    `tries` is how often a student may answer each question online; None means any number of times.
     """
 
     best_of: int | None = None

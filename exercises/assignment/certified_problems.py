@@ -95,7 +95,7 @@ def certify_with(find_failures: FailureFinder, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, find_failures: FailureFinder) -> Problem:
-    """Return a problem if it passes its certificate. Raises QdotError otherwise, because its id fixes the seed."""
+    """Return a problem if it passes its certificate. Raises QdotError otherwise; its id allows no other seed."""
     try:
         certify_with(find_failures, problem)
     except UncertifiedProblem as error:
@@ -130,7 +130,7 @@ def generate_and_certify(
 
 
 def describe_internal_error(error: Exception) -> str:
-    """Return a message that an internal error of qdot occurred on a problem."""
+    """Return the message about an internal error of qdot."""
     return f"qdot itself failed: {type(error).__name__}: {error}; please report it"
 
 
@@ -160,7 +160,7 @@ class StudentProblems(Generic[Record]):
     failed_slots: tuple[FailedSlot, ...] = ()
 
     def find_new_replacements(self, assignment: Assignment) -> dict[str, Replacement]:
-        """Return the replaced problems, by slot, whose seed is not the recorded one."""
+        """Return the replaced problems by slot, except those that redrawn.csv lists already."""
         return {
             slot.name: Replacement(slot.family.name, certified_problem.seed_number, certified_problem.first_failure)
             for slot in assignment.slots

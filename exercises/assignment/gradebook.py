@@ -50,7 +50,7 @@ LAST_NAME_KEY = "last name of the export"
 """The key of the last name in an export's line of the roster; no column of an instructor's own table has this name."""
 
 NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
-"""The rows of a table: the number of each line in the file, and the cells."""
+"""The cells of each row of a table, after the number of its line in the file."""
 RosterLine = dict[str, str]
 """A student as a line of a roster: cells by column, with at least the columns student, name and email."""
 
@@ -129,7 +129,7 @@ def find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
 
 
 def get_cell(cells: Mapping[str, str], column: str) -> str:
-    """Return the cell of a line in a column of `MOODLE_COLUMNS`, whichever of its names the column has; or ""."""
+    """Return the cell in a column of `MOODLE_COLUMNS` under any of the column's names; "" if there is none."""
     return next((cells[name].strip() for name in MOODLE_COLUMNS[column] if cells.get(name, "").strip()), "")
 
 
@@ -143,7 +143,7 @@ def _is_canvas(header: tuple[str, ...], rows: NumberedRows) -> bool:
 
 
 def _is_points_row(header: tuple[str, ...], cells: tuple[str, ...]) -> bool:
-    """Return whether a row is Canvas's row of points: it has no ID, whereas a student may have the marker as a name."""
+    """Return whether a row is Canvas's row of points. It has no ID, unlike a student with the marker as a name."""
     return POINTS_ROW_MARKER in cells[0] and not cells[header.index("ID")].strip()
 
 
@@ -169,7 +169,7 @@ def _iterate_canvas_students(path: Path, header: tuple[str, ...], rows: Numbered
 
 
 def _put_first_name_first(name: str) -> tuple[str, str]:
-    """Return "Lovelace, Ada" with the first name first, and the last name.
+    """Return a name such as "Lovelace, Ada" with the first name first, and the last name alone.
 
     Canvas writes a name that begins with = as ="=…".
 

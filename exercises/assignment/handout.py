@@ -1,7 +1,7 @@
 """Pack the notebooks of a class to hand them out (`qdot release`): by links, in Moodle, or in folders.
 
-All files can be made again from released/. An address in the folder of links is a keyed hash of the student's
-identifier, so that it stays the same and nobody without the secret can compute it.
+All files can be made again from released/. In the folder of links, each address is a keyed hash of a student's
+identifier. So it stays the same, and nobody can compute it without the secret.
 """
 
 import base64
@@ -21,7 +21,7 @@ from qdot.exercises.common.input_file import BYTE_ORDER_MARK, format_csv, parse_
 from qdot.exercises.writing.render import render
 
 INDEX_FILE = "index.csv"
-"""The table in released/ that says which notebook belongs to whom."""
+"""The table in released/ that says which notebook belongs to which student."""
 TOKEN_LENGTH = 26
 """The number of letters and digits in an address: 130 bits."""
 MAX_STUDENTS_LISTED = 10
@@ -29,7 +29,7 @@ MAX_STUDENTS_LISTED = 10
 
 _TOKEN = re.compile(f"[a-z2-7]{{{TOKEN_LENGTH}}}")
 _UNSAFE_CHARACTERS = re.compile(r'[<>:"/\\|?*\x00-\x1f\x7f]')
-"""Matches characters that a file's name can't contain on every system."""
+"""Matches characters that some systems don't allow in file names."""
 _PARTICIPANT_NUMBER = re.compile(r"\D+(\d+)\D*")
 """Matches the identifier in Moodle's grading worksheet, as in "Participant 12"."""
 _NUMBER_COLUMN = "moodle id"
@@ -38,7 +38,7 @@ _NUMBER_COLUMN = "moodle id"
 
 @dataclass(frozen=True)
 class Handout:
-    """What `qdot release` has written: the files to distribute, and the table for the staff."""
+    """The output of `qdot release`: the path of the files to distribute, and that of the table for the staff."""
 
     path: Path
     table_path: Path
@@ -108,8 +108,8 @@ def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
                       due_date=assignment.due_date_of(student))  # fmt: skip
         write_atomically(folder / f"{assignment.key}.ipynb", notebooks[student.id], is_synced=False)
         write_atomically(folder / "index.html", page, is_synced=False)
-    beginning = f"{address.rstrip('/')}/" if address else ""
-    rows = [[s.name, s.email, s.id, f"{beginning}{tokens[s.id]}/"] for s in assignment.roster]
+    site_address = f"{address.rstrip('/')}/" if address else ""
+    rows = [[s.name, s.email, s.id, f"{site_address}{tokens[s.id]}/"] for s in assignment.roster]
     table_path = out / "mail-merge.csv"
     table = format_csv([["name", "email", "student", "link"], *rows])
     write_atomically(table_path, BYTE_ORDER_MARK + table, 0o600)
@@ -145,7 +145,7 @@ def write_moodle_zip(assignment: Assignment, out: Path, worksheet: Path) -> Hand
 
 
 def read_moodle_numbers(folder: Path) -> Mapping[str, str]:
-    """Return the students of an assignment's folder by the numbers for which `write_moodle_zip` packed notebooks."""
+    """Return the student for each Moodle number in the table that `write_moodle_zip` wrote; empty without the table."""
     table_path = folder / "handout" / "moodle" / INDEX_FILE
     if not table_path.is_file():
         return {}
@@ -162,7 +162,9 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
     numbers = {}
     unplaced_students = []
     for student in roster:
-        matches = next(filter(None, (_find_matching_numbers(rows, text) for text in _list_texts(student))), [])
+        texts = filter(None, (student.email, student.id, student.name))  # the most reliable one first
+        keys = (" ".join(text.split()).casefold() for text in texts)
+        matches = next(filter(None, ([number for number, cells in rows if key in cells] for key in keys)), [])
         if len(matches) == 1:
             numbers[student.id] = matches[0]
         else:
@@ -175,15 +177,6 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
             "lines of teachers in roster.csv"
         )
     return numbers
-
-
-def _list_texts(student: Student) -> Iterator[str]:
-    """Yield the texts that identify a student, the most reliable one first."""
-    yield from filter(None, (student.email, student.id, student.name))
-
-
-def _find_matching_numbers(rows: Sequence[tuple[str, frozenset[str]]], text: str) -> list[str]:
-    return [number for number, cells in rows if " ".join(text.split()).casefold() in cells]
 
 
 def _read_worksheet(path: Path) -> Iterator[tuple[str, frozenset[str]]]:

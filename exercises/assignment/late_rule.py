@@ -1,6 +1,6 @@
 """Compute the penalty for late work as a share of the earned points, by the rule `late` in assignment.toml.
 
-`grader.grading.final_result` subtracts it.
+`grader.grading.final_result` deducts the penalty.
 """
 
 import datetime

@@ -42,10 +42,10 @@ def init_assignment(
     folder: Path, title: str, key: str, students: Sequence[Student] = EXAMPLE_STUDENTS, secret: str | None = None,
     roster: Path | None = None, problem_set: ProblemSet = SETS[DEFAULT_SET],
 ) -> None:  # fmt: skip
-    """Make a new assignment folder. Raises QdotError if it exists already, and overwrites nothing.
+    """Make a new assignment folder. Nothing is overwritten: raises QdotError if one of its files exists already.
 
-    `key` is the short name of the assignment in file names. `secret` is the text from which problems are generated; a
-    random one if it is None. `roster` is a file to copy as roster.csv; if it is given, `students` is ignored.
+    `key` is the short name of the assignment in file names. `secret` is the text from which problems are generated, or
+    None for a random one. `roster` is a file to copy as roster.csv; if it is given, `students` is ignored.
     """
     if roster is not None:
         read_roster(roster, MISSING_ROSTER_HINT)
@@ -92,9 +92,9 @@ class ReleaseResult:
 class Certifier:
     """Two functions of the grader, which this package must not import.
 
-    `make_record` checks a problem and returns its record, the evidence that the problem is sound (see `RecordMaker`).
-    `make_certificate` returns a student's certificate as text, which lists the records of the student's problems. Its
-    arguments are the assignment, the student, the records by slot and the notebook.
+    `make_record` certifies a problem and returns the record of its checks (see `RecordMaker`). `make_certificate`
+    returns a student's certificate as text, which lists the records of the student's problems. Its arguments are the
+    assignment, the student, the records by slot and the notebook.
     """
 
     make_record: RecordMaker[Any]
@@ -102,14 +102,14 @@ class Certifier:
 
 
 class ReleaseContext(NamedTuple):
-    """What `release_notebooks_of_student` needs for every student."""
+    """The arguments of `release_notebooks_of_student` that are the same for every student."""
 
     assignment: Assignment
     certifier: Certifier
 
 
 ONLINE_FOLDER = "online"
-"""The folder for what `qdot serve` stores; `qdot forget` removes students from its database."""
+"""The folder for the files of `qdot serve`; `qdot forget` removes students from the database in it."""
 
 
 def _find_student_folder(assignment: Assignment, kind: str, student: str) -> Path:

@@ -40,10 +40,10 @@ class ProblemSet:
     @property
     def total_points(self) -> float:
         """The total points of all questions in the set."""
-        entries = tomllib.loads(self.text)["problem"]
-        return sum(
-            sum(entry.get("points") or [ALL_QUESTIONS[name].points for name in entry["questions"]]) for entry in entries
-        )
+        total: float = 0
+        for entry in tomllib.loads(self.text)["problem"]:
+            total += sum(entry.get("points") or [ALL_QUESTIONS[name].points for name in entry["questions"]])
+        return total
 
 
 _SETS_TEXT = (find_template_folder() / "init" / "sets.toml").read_text(encoding="utf-8")

@@ -36,13 +36,13 @@ STORE_FOLDER = ".qdot"
 
 @dataclass(frozen=True)
 class StoredProblems:
-    """The problems of a student with their slots, and the stored pieces of feedback pages by slot (see `pieces_of`)."""
+    """The problems of a student with their slots, and the contents of feedback pages by slot (see `pieces_of`)."""
 
     problems: list[tuple[str, Problem]]
     pieces_by_slot: dict[str, dict[str, str]] = field(default_factory=dict)
 
     def pieces_of(self, slot: str) -> dict[str, str]:
-        """Return the figures (SVG) and texts (HTML) of a problem that feedback pages show; make them if not stored.
+        """Return the figures (SVG) and texts (HTML) of a problem for feedback pages; make them if they are not stored.
 
         The keys are "figure" and "statement" and, for a part such as jacobian, "jacobian prompt" and "jacobian figure".
         """
