@@ -79,7 +79,7 @@ class GeometryQuantities:
 
     @cached_property
     def arms(self) -> list[ArmConfigurations]:
-        """The configurations in their order, grouped by arm: consecutive ones with equal lengths are of one arm."""
+        """The configurations in their order, grouped by arm; consecutive ones with equal lengths share an arm."""
         names = [symbol.name for symbol in self.chain.parameters]
         lengths = np.stack([self.values[name] for name in names], axis=1) if names else np.zeros((self.count, 0))
         starts = [0, *(np.flatnonzero((lengths[1:] != lengths[:-1]).any(axis=1)) + 1).tolist()]
@@ -162,8 +162,8 @@ class GeometryQuantities:
         values = {name: np.repeat(value, len(shifts)) for name, value in self.values.items()}
         for name, rate in rates.items():
             values[name] += (rate[:, None] * shifts).ravel()
-        shifted = compute(formula, GeometryQuantities(self.chain, values, self.step))
-        return np.asarray(shifted.reshape(*shifted.shape[:-1], self.count, len(shifts)) @ weights)
+        results = compute(formula, GeometryQuantities(self.chain, values, self.step))
+        return np.asarray(results.reshape(*results.shape[:-1], self.count, len(shifts)) @ weights)
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula at other values of some symbols."""
@@ -200,9 +200,7 @@ MAX_HALVINGS, MIN_PRECISE_SHARE = 6, 1 / 3
 """How often the step of differences is halved, and the share of the samples at which differences must be precise."""
 
 
-def _check_agreement(
-    maker: QuestionMaker, quantities: GeometryQuantities, reference: np.ndarray
-) -> Check:  # fmt: skip
+def _check_agreement(maker: QuestionMaker, quantities: GeometryQuantities, reference: np.ndarray) -> Check:
     """Check that the reference, (N, rows, columns), agrees with numbers from the geometry and from differences.
 
     The step is halved until two results agree, because the usual step is too long near a pole or a corner. Samples at
@@ -237,9 +235,7 @@ def _check_formula(model: NumericModel, part: Part, maker: QuestionMaker) -> Che
     yield Check("it varies", is_varying, detail)
 
 
-def _check_number(
-    model: NumericModel, answer: Number, details: CustomDetails, maker: QuestionMaker
-) -> Check:  # fmt: skip
+def _check_number(model: NumericModel, answer: Number, details: CustomDetails, maker: QuestionMaker) -> Check:
     values = {name: value[:1] for name, value in model.symbol_values.items()}
     given_values = details.list_given_values(model.chain)
     values |= {name: np.array([number]) for name, number in given_values.items()}
@@ -272,8 +268,8 @@ def _check_options(model: NumericModel, part: Part, maker: QuestionMaker) -> Che
 START_COUNT, STEP_COUNT = 16, 25
 """The number of configurations from which zeros are searched, and of Newton's steps from each."""
 ZERO_TOLERANCE, MATCH_TOLERANCE, DIFFERENCE_STEP, NEAR_ZERO = 1e-9, 1e-5, 1e-6, 1e-11
-"""The size of a value that is taken as zero, the error allowed for a configuration, the step of differences, and the
-distance of a configuration from a zero at which a formula may be undefined."""
+"""Maximum size of a value that counts as zero, tolerance for a configuration, step of differences, and distance from a
+zero at which a formula is evaluated, too, because it may be undefined at the zero itself."""
 
 Function = Callable[[np.ndarray], np.ndarray]
 """A function of configurations (N, n) with values (N, m)."""

@@ -13,7 +13,7 @@ from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agr
 from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios
 
 MIN_CONDITIONING_SHARE = 0.7
-"""Fraction of the minimum sigma_min/sigma_max with which configurations are sampled; a check requires this fraction."""
+"""Configurations are sampled with a minimum sigma_min/sigma_max; the check requires this fraction of the minimum."""
 
 NUMBER_TOLERANCE = 1e-8
 """Relative error allowed for numbers of ten digits."""
@@ -73,7 +73,7 @@ def _check_self_motion(model: NumericModel, part: Part) -> Checks:
 
 
 def _make_measure_check(measure: Callable[[np.ndarray], float]) -> PartCheck:
-    """Return the check that a number is `measure` of the task Jacobian, computed by two methods."""
+    """Return the check that a number equals `measure(J)` for the task Jacobian J, which two methods compute."""
 
     def check(model: NumericModel, part: Part) -> Checks:
         configuration = part.details_as(VelocityDetails).configuration

@@ -44,7 +44,7 @@ class Check(NamedTuple):
 
 
 Checks = Iterator[Check]
-"""What a test function yields: the checks of one part."""
+"""The checks of one part, which a test function yields."""
 
 
 class NumericModel:
@@ -58,9 +58,9 @@ class NumericModel:
     - `point`: the tool point, (…, 3)
     - `jacobian`: the geometric Jacobian with columns (z x p, z), (…, 6, n)
     - `exponential_jacobian`: the same matrix from the product of exponentials
-    - `frame_velocities`: the linear and angular velocities of each frame for each joint's unit rate, (…, n, n + 1, 6)
+    - `frame_velocities`: the linear and angular velocity of each frame at unit rate of each joint, (…, n, n + 1, 6)
     - `convention_velocities`: the same for the frames that students see
-    - `point_velocities`: the velocities of the point for each joint's unit rate, (…, n, 3)
+    - `point_velocities`: the velocity of the tool point at unit rate of each joint, (…, n, 3)
     - `home_frames`, `point_at_home`: frames and point at zero joint variables
 
     All velocities are computed by central differences. `task_rows` are the indices of the task's rows in the Jacobian.
@@ -292,7 +292,7 @@ def differentiate_frames(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarr
 def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray:
     """Return the 6 x n Jacobian of the point and of the last link, (…, 6, n), for q (…, n), from screws.
 
-    The screws are computed from the table once, at home (all joint variables zero). There, joint i has the unit screw
+    The screws are computed from the table once, at home (all joint variables zero). At home, joint i has the unit screw
     S_i = (v, w). For a revolute joint, w = z and v = o x z, where z is the axis and o a point on the axis. For a
     prismatic joint, w = 0 and v = z. The pose of the body is exp(S_1 q_1) ... exp(S_n q_n) M. Column i of the space
     Jacobian is S_i transformed by the exponentials before it. The returned Jacobian is in the world frame, with the
@@ -319,7 +319,7 @@ def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray
 
 
 def compute_conditioning_ratios(jacobians: np.ndarray) -> np.ndarray:
-    """Return sigma_min/sigma_max of Jacobians (…, m, n); the ratio is nearly zero if the Jacobian is nearly zero."""
+    """Return sigma_min/sigma_max of Jacobians (…, m, n), or almost zero for a Jacobian that is nearly zero."""
     sigma = np.linalg.svd(jacobians, compute_uv=False)
     return np.asarray(sigma[..., -1] / np.maximum(sigma[..., 0], 1e-6))
 

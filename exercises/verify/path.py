@@ -66,7 +66,7 @@ class LineFollower:
         return np.array(configurations)
 
     def compute_rates(self, q: np.ndarray) -> np.ndarray:
-        """Return the joint rates at the joint values q, which solve a linear system."""
+        """Return the joint rates at the joint values q, by solving a linear system."""
         return np.asarray(np.linalg.solve(self.arm.compute_jacobian(q)[self.task_rows], self.direction) * self.speed)
 
     def compute_rates_by_differences(self, q: np.ndarray, s: float) -> np.ndarray:
@@ -75,7 +75,7 @@ class LineFollower:
 
 
 def _check_path_rates(model: NumericModel, part: Part) -> Checks:
-    """Check the joint rates at the distance in the question, by following the line to it."""
+    """Check the joint rates at the question's distance from the start of the line, by following the line."""
     details = part.details_as(PathDetails)
     line, s = LineFollower(model, details.welding_line), float(details.distance)
     configurations = line.follow(np.linspace(0, s, STATION_COUNT))

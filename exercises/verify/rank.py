@@ -121,16 +121,15 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 # --- configurations that the question did not use ---
 
 
-def sample_at_values(
-    model: NumericModel, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None,
-    samples_per_arm: int = 2,
-) -> Sequence[Sample]:  # fmt: skip
+def _sample_at_values(
+    model: NumericModel, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None
+) -> Sequence[Sample]:
     """Return configurations at which some joints have the given values or, if there is a condition, it is zero.
 
-    There are `samples_per_arm` configurations for each of several choices of the symbolic lengths.
+    There are SAMPLES_PER_ARM configurations for each of several choices of the symbolic lengths.
     """
     if condition is not None:
-        return model.sample_on_condition(condition, arm_count=4, samples_per_arm=samples_per_arm)
+        return model.sample_on_condition(condition, arm_count=4, samples_per_arm=SAMPLES_PER_ARM)
     samples: list[Sample] = []
     for arm_index, (arm, lengths) in enumerate(_generate_arms(model)):
         if arm_index >= MIN_ARMS_TRIED and samples:
@@ -139,14 +138,15 @@ def sample_at_values(
         fixed_values = {model.chain.q.index(q): complex(sp.N(value.xreplace(substitutions))) for q, value in values}
         if any(abs(value.imag) > 1e-12 for value in fixed_values.values()):
             continue
-        for q in choose_random_configurations(model.chain, model.rng, samples_per_arm):
+        for q in choose_random_configurations(model.chain, model.rng, SAMPLES_PER_ARM):
             q[list(fixed_values)] = [value.real for value in fixed_values.values()]
             samples.append(Sample(arm, q))
     return samples
 
 
-MIN_ARMS_TRIED, MAX_ARMS_TRIED = 6, 100
-"""Number of choices of the symbolic lengths, and the maximum number if few choices give real joint values."""
+MIN_ARMS_TRIED, MAX_ARMS_TRIED, SAMPLES_PER_ARM = 6, 100, 2
+"""Number of choices of the symbolic lengths, the maximum number if few choices give real joint values, and number of
+configurations for each choice."""
 
 
 def _generate_arms(model: NumericModel) -> Iterator[tuple[NumericChain, Mapping[str, float]]]:
@@ -159,16 +159,13 @@ def _generate_arms(model: NumericModel) -> Iterator[tuple[NumericChain, Mapping[
         yield NumericChain(model.chain, lengths), lengths
 
 
-# --- lost motion ---
-
-
 # --- meaning ---
 
 
 def _check_geometric_cause(model: NumericModel, part: Part) -> Checks:
     """Check that only the correct one of the offered statements on the cause of a singularity is true."""
     answer, details = part.answer_as(Choice), part.details_as(MeaningDetails)
-    samples = sample_at_values(model, details.values, details.condition)
+    samples = _sample_at_values(model, details.values, details.condition)
     options = zip(answer.options, details.options, strict=True)
     has_same_texts = all(text.startswith(option.meaning.words) for text, option in options)
     yield Check("options", has_same_texts and len(set(answer.options)) == len(answer.options), "as offered")
@@ -199,10 +196,10 @@ def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
     if meaning.kind == "square":  # the axes are perpendicular to each other, so all singular values are 1
         sigma = np.linalg.svd(frames[[joint - 1 for joint in meaning.joints], :3, 2], compute_uv=False)
         return bool(sigma[0] - sigma[-1] < 1e-6)
-    if meaning.kind == "level":  # P and all axes, which are parallel, lie in one plane
+    if meaning.kind == "level":  # all axes are parallel, and P lies in their plane
         points = np.vstack([frames[: meaning.joints[-1], :3, 3], sample.arm.compute_point(sample.q)])
         return bool(np.linalg.svd(np.vstack([points[1:] - points[0], frames[0, :3, 2]]), compute_uv=False)[-1] < 1e-6)
-    if meaning.kind in ("straight", "doubled"):  # three origins are collinear, with b between a and c or not
+    if meaning.kind in ("straight", "doubled"):  # three collinear origins; if straight, b is between a and c
         a, b, c = frames[first_joint : first_joint + 3, :3, 3]
         leg_1, leg_2 = np.linalg.norm(a - b), np.linalg.norm(b - c)
         expected = leg_1 + leg_2 if meaning.kind == "straight" else abs(leg_1 - leg_2)

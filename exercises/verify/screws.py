@@ -2,8 +2,8 @@
 
 The screws at home are checked with the link frames at zero joint variables: the axis z, and o x z for the frame's
 origin o. All other answers are checked with the product of exponentials of the axes in the problem statement, which
-uses no link frame. If link frames give a second method, the answers are checked with both. `certify` separately
-compares the axes with the link frames.
+uses no link frame. If there is a second method with link frames, the answers are checked with both. `certify`
+separately compares the axes with the link frames.
 
 Twists and adjoints have the order that the arm sets: (omega, v) as in Lynch and Park, or (v, omega) as in Murray, Li
 and Sastry. Each order has its own adjoint.
@@ -23,11 +23,7 @@ from qdot.exercises.verify.formulas import (
     PartCheck,
     make_formula_check,
 )
-from qdot.exercises.verify.numeric_model import (
-    NumericModel,
-    compute_screw_exponential,
-    make_skew_matrix,
-)
+from qdot.exercises.verify.numeric_model import NumericModel, compute_screw_exponential, make_skew_matrix
 
 
 def _is_linear_first(model: NumericModel) -> bool:

@@ -115,16 +115,13 @@ def _check_completeness(model: NumericModel, pieces: Sequence[Piece]) -> Check:
     The search runs on the normalized arm, once for all arms that share the normalized arm. Therefore its results are
     first checked to be singular for this arm, too.
     """
-    chain = model.chain
-    count = 0
+    chain, count = model.chain, 0
     for result in _search_on_arms(normalize_arm(chain)):
         lengths = choose_random_lengths(chain, model.rng) | dict(result.lengths)
         arm = NumericChain(chain, lengths)
         q = result.configurations - np.array(arm.joint_offsets)
-        if (
-            len(q)
-            and compute_conditioning_ratios(arm.compute_jacobian(q)[:, model.task_rows]).max() > MAX_SHIFTED_RATIO
-        ):
+        ratios = compute_conditioning_ratios(arm.compute_jacobian(q)[:, model.task_rows])
+        if ratios.max(initial=0.0) > MAX_SHIFTED_RATIO:
             return Check("complete", False, "J has full rank at a singular configuration of the normalized arm")
         count += len(q)
         for configuration in _find_uncovered_configurations(model, pieces, lengths, q):
@@ -140,7 +137,7 @@ def _check_completeness(model: NumericModel, pieces: Sequence[Piece]) -> Check:
 def _find_uncovered_configurations(
     model: NumericModel, pieces: Sequence[Piece], lengths: dict[str, float], q: np.ndarray
 ) -> np.ndarray:
-    """Return the configurations (k x n) of those in `q` that no piece contains."""
+    """Return the configurations (k x n) among `q` that no piece contains."""
     values = {symbol.name: column for symbol, column in zip(model.chain.q, q.T, strict=True)}
     values |= {name: np.full(len(q), length) for name, length in lengths.items()}
     return np.asarray(q[~_make_space(model, lengths).contains(pieces, values, len(q), SET_TOLERANCE)])
@@ -172,8 +169,8 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
     """Return singular configurations (k x n) of the task Jacobian J that Gauss-Newton steps reach from `starts`.
 
     The unknowns are q and a unit vector u with J^T u = 0 (J u = 0 if J has more rows than columns). With these
-    equations, the steps converge quickly on components of any dimension. With equations in the minors of J, which may
-    be products, they would not.
+    equations, the steps converge quickly on components of any dimension. With equations in the minors of J, they would
+    not, because minors may be products.
     """
     q, nudge = starts.copy(), 1e-6 * np.eye(starts.shape[1])
     count, n = q.shape

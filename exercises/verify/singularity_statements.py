@@ -1,6 +1,6 @@
 """Check what a worked solution says about singular configurations, on arms with numeric lengths.
 
-Each sentence is matched with a pattern. What the sentence says about axes, prismatic joints and the tool point is
+Patterns recognise the statements of each sentence about axes, prismatic joints and the tool point. The statements are
 tested on the frames of the arm, at configurations other than those from which the sentence was derived. For example,
 "as far as joint 2 can bring it" is tested by moving joint 2 through its whole range.
 """
@@ -48,13 +48,13 @@ def check_singularity_statements(model: NumericModel) -> Checks:
     """
     chain = model.chain
     for component in find_singular_set(chain) or ():
-        parts_with_one_value = [part for _, part in split_by_value(component, classify(chain, component))]
-        for part in parts_with_one_value or [component]:
-            yield check_component_statement(chain, part)
+        subsets = [subset for _, subset in split_by_value(component, classify(chain, component))]
+        for subset in subsets or [component]:
+            yield check_component_statement(chain, subset)
 
 
 def check_component_statement(chain: Chain, component: Component) -> Check:
-    """Check what the worked solution says about a component of the singular set, or about a part of a component."""
+    """Check what the worked solution says about a component of the singular set, or about a subset of a component."""
     pieces = tuple(normalize_conditions(chain, component))
     return _check_statement(normalize_arm(chain), pieces, classify(chain, component))
 
@@ -128,14 +128,12 @@ class _Clause:
 
 def statement_holds(chain: Chain, statement: str, sample: Sample) -> bool:
     """Return whether a statement is true at a configuration; a statement that no pattern matches is false."""
-    clause_texts = re.split(r", and (?=the |joints? \d|prismatic |arm )", statement)
-    return all(
-        any(
-            (match := re.fullmatch(pattern, text)) and test(_Clause(chain, sample, match))
-            for pattern, test in _TESTS.items()
-        )
-        for text in clause_texts
-    )
+
+    def clause_holds(text: str) -> bool:
+        matches = ((re.fullmatch(pattern, text), test) for pattern, test in _TESTS.items())
+        return any(match is not None and test(_Clause(chain, sample, match)) for match, test in matches)
+
+    return all(map(clause_holds, re.split(r", and (?=the |joints? \d|prismatic |arm )", statement)))
 
 
 def _make_position_function(sample: Sample, subject: str) -> PositionFunction:
@@ -262,11 +260,11 @@ def _is_stretched(clause: _Clause) -> bool:
 
 
 def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joints: Sequence[int]) -> str:
-    """Return how the arm is after the first of some revolute joints: "stretched out", "folded back" or, if neither, "".
+    """Return "stretched out" or "folded back" for the arm after the first of some revolute joints; "" if it is neither.
 
-    Only joints count that change the distance of the position from the first axis. The axes of these joints must be
-    parallel, and each joint must have brought the position to its largest or smallest distance. The arm is stretched
-    out if all links between the axes point in the same direction, seen along the axes.
+    Only joints count that change the distance of the position from the first axis. Their axes must be parallel, and
+    each of these joints must have brought the position to its largest or smallest distance. The arm is stretched out if
+    all links between the axes point in the same direction, seen along the axes.
     """
     first_joint, *later_joints = revolute_joints
     distances_by_joint = {
