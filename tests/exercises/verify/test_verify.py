@@ -376,7 +376,7 @@ def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
     (part,) = asked.parts
     solution = write_solution(asked, part)
     assert part.details_as(KindDetails).singularity_kind == "boundary"
-    assert ("to one side of this point only" in solution) == one_side and certify(asked).passed
+    assert ("to only one side of this point" in solution) == one_side and certify(asked).passed
     assert solution.partition("the Jacobian loses rank")[0].count("= 0") == conditions
     monkeypatch.setattr("qdot.exercises.verify.singularity_statements.is_one_sided", lambda *_: True)
     assert certify(asked).passed == one_side
