@@ -22,10 +22,10 @@ from qdot.grader.grading.result import Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.grades_table import (
     TO_MARK_FILE,
-    UNMARKED_STATUSES,
     count_overridden,
     find_work_status,
     has_points,
+    is_marked,
     list_staff_notes,
 )
 from qdot.grader.sandbox.guarantees import note_sandbox_weakness
@@ -245,12 +245,10 @@ def _print_staff_notes(results: list[Result]) -> None:
 
 def _summarize(results: list[Result], folder: Path, ownerless_count: int) -> str:
     """Return a line that summarises the results; `ownerless_count` is the number of files without a certain owner."""
-    statuses = list(map(find_work_status, results))
-    phrases = [", ".join(f"{count} {status}" for status, count in Counter(statuses).items())]
-    pairs = zip(results, statuses, strict=True)
-    marked_results = [result for result, status in pairs if result.submission and status not in UNMARKED_STATUSES]
-    if marked_results:
-        phrases.append(f"mean {fmean(result.percent for result in marked_results):.1f} % of submitted work")
+    counts = Counter(map(find_work_status, results))
+    phrases = [", ".join(f"{count} {status}" for status, count in counts.items())]
+    if percents := [result.percent for result in results if is_marked(result)]:
+        phrases.append(f"mean {fmean(percents):.1f} % of work with a mark")
     if overridden_count := sum(map(count_overridden, results)):
         phrases.append(f"{overridden_count} set by {OVERRIDES_FILE}")
     if ownerless_count:

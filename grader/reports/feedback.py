@@ -162,13 +162,18 @@ def _is_blank(part: PartOnPage) -> bool:
 def _shorten_texts(part: PartOnPage, numbers: dict[str, str]) -> PartOnPage:
     """Return a part without what the page says elsewhere: that the answer is blank, or what an earlier mistake was.
 
-    `numbers` maps the sentence on each mistake to the number of the first part with this mistake. It is updated.
+    `numbers` is updated. It maps the sentence on each mistake, and the number of each part that repeats the mistake, to
+    the number of the first part with this mistake.
     """
     if _is_blank(part):
         return replace(part, reason="")
+    if match := re.match(r"(You seem to have made the same mistake as in )(\d+\.\d+)", part.advice):
+        number = numbers.get(match[2], match[2])
+        return replace(part, advice=f"{match[1]}{number}{part.advice[match.end() :]}")
     sentence, separator, reference = part.advice.partition(" See ")
     if not part.result.mistake or (number := numbers.setdefault(sentence, part.number)) == part.number:
         return part
+    numbers[part.number] = number
     return replace(part, advice=f"You seem to have made the same mistake as in {number}.{separator}{reference}")
 
 

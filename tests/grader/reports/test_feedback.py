@@ -314,13 +314,15 @@ def test_the_page_without_a_notebook_shows_why_and_what_to_do(
 
 def test_a_repeated_mistake_is_described_once(tmp_path: Path) -> None:
     """Each transposed matrix used to be explained again."""
-    problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = ["jacobian"]\n' for name in FAMILY_PAIR)
+    names = ["jacobian", "geometric-jacobian"]
+    problems = "".join(f'[[problem]]\nfamily = "{family}"\nquestions = {names}\n' for family in FAMILY_PAIR)
     assignment = make_class(tmp_path / "hw", [Student("s1")], f'title = "T"\nkey = "hw"\n{problems}')
     result = make_result(assignment, lambda slot, part, code: str(sp.Matrix(sp.sympify(code)).T.tolist()))
     _, page = make_page(assignment, result)
     advice = [text for _, text in page.all("p") if text.startswith("Likely mistake")]
     assert "your matrix is transposed" in advice[0] and len(advice) == 2
-    assert advice[1].startswith("Likely mistake: You seem to have made the same mistake as in 1.1.")
+    repetitions = [text for _, text in page.all("p") if "seem to have made the same mistake as in" in text]
+    assert len(repetitions) == 3 and all("same mistake as in 1.1. " in text for text in repetitions)
 
 
 def test_blank_answers_are_listed_once(assignment: Assignment) -> None:
