@@ -49,7 +49,7 @@ from qdot.grader.cli.options import (
 from qdot.grader.grading.certificates import FailureKind
 from qdot.grader.grading.certify import CERTIFIER, VerificationTask, find_former_students, list_tasks
 from qdot.grader.grading.class_check import load_class
-from qdot.grader.judging.compare_command import COMPARISON_TYPES, compare_lines, guess_type, judgement_content
+from qdot.grader.judging.compare_command import COMPARISON_TYPES, compare_lines, describe_judgement, guess_type
 from qdot.grader.judging.compare_command import compare as compare_texts
 from qdot.grader.sandbox import guarantees
 from qdot.grader.statistics.shared_answers import describe_shared_answers
@@ -108,7 +108,7 @@ def generate(
 
 
 HANDOUT_TARGETS = ("folder", "moodle")
-"""The values of `--to`; `--links` is an option of its own."""
+"""The values of `--to`."""
 
 
 def release(
@@ -221,10 +221,9 @@ def verify(
     if family == "all":
         for name, number in passed_counts.items():
             print_result(f"{name:<20} {number} passed")
-    kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(failure_counts.items()))
-    print_result(
-        f"{count_noun(len(tasks), 'problem')} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}"
-    )
+    kinds = ", ".join(f"{number} {failure_kind}" for failure_kind, number in sorted(failure_counts.items()))
+    problems = count_noun(len(tasks), "problem")
+    print_result(f"{problems} verified, {failure_counts.total()} failed{': ' if kinds else ''}{kinds}")
     if failure_counts:
         raise typer.Exit(1)
 
@@ -246,7 +245,9 @@ def _list_verification_tasks(
         raise QdotError(f"--variation, --convention and --twist-order apply to problems only; {advice}")
     problem_texts = [target for target in targets if not Path(target).is_dir()]
     identities = family_problems or [ProblemId.parse(text, NO_FOLDER_HINT) for text in problem_texts]
-    identities = [each.with_variation(variation).with_convention(convention, twist_order) for each in identities]
+    identities = [
+        identity.with_variation(variation).with_convention(convention, twist_order) for identity in identities
+    ]
     if question_files:
         return [task for path in question_files for task in _list_question_tasks(path, identities)]
     return [*map(VerificationTask, identities), *(task for folder in folders for task in _list_class_tasks(folder))]
@@ -287,18 +288,19 @@ SAMPLE_COUNT = 3
 def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[VerificationTask]:
     """Return a task for each question of a file and each arm to which it applies, and print sample answers.
 
-    `identities` are the problems with these arms; of an assignment's families, only those are taken whose problems ask
-    the question. Raises QdotError if a question does not apply to such a family, or to none of the families of a file.
+    `identities` are the problems with these arms. If the file is an assignment, a question is verified only on the
+    families whose problems ask it. Raises QdotError if a question does not apply to such a family, or applies to none.
     """
     from qdot.exercises.questions.custom.reader import read_question_file
 
-    tasks, all_refusals, refused = list[VerificationTask](), list[str](), list[str]()
+    tasks, all_refusals, errors = list[VerificationTask](), list[str](), list[str]()
     families = list(dict.fromkeys(identity.family for identity in identities))
     file, definitions = read_question_file(path, ALL_QUESTIONS)
-    users = _list_families_by_question(file.content)
+    families_by_question = _list_families_by_question(file.content)
     for definition in definitions.values():
         refusals: dict[str, str] = {}
-        asking_families = [family for family in families if family in users.get(definition.name, ())] or families
+        families_of_question = families_by_question.get(definition.name, set())
+        asking_families = [family for family in families if family in families_of_question] or families
         for family in asking_families:
             try:
                 with file.locate_errors("question", definition.name):
@@ -309,9 +311,9 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
                 for warning in warnings:
                     note(warning)
         all_refusals += refusals.values()
-        refused += [text for family, text in refusals.items() if family in users.get(definition.name, ())]
-        if len(refusals) == len(families) and not users:
-            refused.append(refusals[families[0]])
+        errors += [text for family, text in refusals.items() if family in families_of_question]
+        if len(refusals) == len(families) and not families_by_question:
+            errors.append(refusals[families[0]])
         accepted_families = set(asking_families) - set(refusals)
         accepted = [identity for identity in identities if identity.family in accepted_families]
         question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
@@ -319,8 +321,8 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
         for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]
             print_result(f"{definition.name} for {identity}: {part.answer.as_json() or part.answer.type}")
-    if refused or not tasks:
-        raise QdotError("\n".join(dict.fromkeys(refused or all_refusals)))
+    if errors or not tasks:
+        raise QdotError("\n".join(dict.fromkeys(errors or all_refusals)))
     for refusal in all_refusals:
         note(refusal)
     return tasks
@@ -368,10 +370,10 @@ def compare(
         return
     if not reference:
         raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
-    kind = type or guess_type(reference)
-    texts: Any = [reference] if kind == "singular" else reference
+    answer_type = type or guess_type(reference)
+    texts: Any = [reference] if answer_type == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    print_result(json.dumps(judgement_content(compare_texts(kind, student, texts, names)), ensure_ascii=False))
+    print_result(json.dumps(describe_judgement(compare_texts(answer_type, student, texts, names)), ensure_ascii=False))
 
 
 def _read_lines(batch: str) -> Iterable[str]:

@@ -92,7 +92,9 @@ def _use_degrees(code: str, part: Part) -> str:
 
 def _leave_half_blank(code: str, part: Part) -> str:
     """Leave the parts whose names have an even number of letters blank; they are about half of the parts."""
-    return code if len(part.name) % 2 else '"blank"' if part.answer.offered_options else "blank"
+    if len(part.name) % 2:
+        return code
+    return '"blank"' if part.answer.offered_options else "blank"
 
 
 EDITS: dict[str, Edit] = {
@@ -161,18 +163,18 @@ def _check_is_demo(folder: Path) -> None:
     note(f"{folder} already exists; continuing with it")
 
 
-def write_submission(assignment: Assignment, student: str, kind: str) -> None:
-    """Write a submission of a kind for a student, made from the student's released notebook."""
+def write_submission(assignment: Assignment, student: str, submission_kind: str) -> None:
+    """Write a submission of this kind for a student, made from the student's released notebook."""
     released_path = assignment.folder / "released" / student / f"{assignment.key}.ipynb"
     text = released_path.read_text(encoding="utf-8")
     target = assignment.folder / "submitted" / student / f"{assignment.key}.ipynb"
-    if kind in EDITS:
-        text = fill_in_answers(text, assignment.generate_problems(student), EDITS[kind])
-    elif kind == "cut off":
+    if submission_kind in EDITS:
+        text = fill_in_answers(text, assignment.generate_problems(student), EDITS[submission_kind])
+    elif submission_kind == "cut off":
         text = text[: len(text) // 2]
-    elif kind == "another assignment":
+    elif submission_kind == "another assignment":
         text = text.replace(f'"assignment": "{assignment.key}"', '"assignment": "trajectories"')
-    if kind != "never submitted":
+    if submission_kind != "never submitted":
         write_atomically(target, text)
 
 

@@ -211,9 +211,8 @@ def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -
     with show_progress(f"exporting to {', '.join(names)}", step_count) as counter:
         for name in names:
             replacements = read_replacements(request.assignment.folder)  # the previous format may have added to them
-            request = replace(
-                request, assignment=replace(request.assignment, replacements=replacements), on_step=counter.step
-            )
+            assignment = replace(request.assignment, replacements=replacements)
+            request = replace(request, assignment=assignment, on_step=counter.step)
             folder = target_folders[name]
             try:
                 results.append(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")

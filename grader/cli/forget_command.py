@@ -45,13 +45,17 @@ def forget(
       qdot forget ada@example.org course --yes
           remove a student from every assignment of a course, without asking
     """
-    online = _find_online(folder, student, database)
-    plans = plan_forgetting(folder, student, is_optional=online is not None)
+    people = _find_people_online(folder, student, database)
+    plans = plan_forgetting(folder, student, is_optional=bool(people))
     for plan in plans:
         for line in plan.describe():
             print_result(line)
-    if online is not None:
-        online.describe()
+    if people:
+        from qdot.grader.serve.forgetting_online import describe_people, forget_people
+
+        print_result("the database of qdot serve:")
+        for line in describe_people(people):
+            print_result(line)
     print_result(LIMITATION)
     if dry_run:
         print_result("nothing was removed: --dry-run")
@@ -63,39 +67,18 @@ def forget(
         if not typer.confirm("Remove this permanently?", err=True):
             print_result("nothing was removed")
             raise typer.Exit(1)
-    if online is not None:
-        online.carry_out()
+    if people:
+        forget_people(people)
     for plan in plans:
         plan.carry_out()
     print_result("removed")
 
 
-class _OnlinePlan:
-    """What the database of `qdot serve` has of a student."""
-
-    def __init__(self, people: "list[Person]") -> None:
-        self._people = people
-
-    def describe(self) -> None:
-        """Print what would be removed."""
-        from qdot.grader.serve.forgetting_online import describe_people
-
-        print_result("the database of qdot serve:")
-        for line in describe_people(self._people):
-            print_result(line)
-
-    def carry_out(self) -> None:
-        """Remove it."""
-        from qdot.grader.serve.forgetting_online import forget_people
-
-        forget_people(self._people)
-
-
-def _find_online(folder: Path, student: str, database: str) -> _OnlinePlan | None:
-    """Return the plan for the database of a course, None if it has nothing of the student. Raises QdotError."""
+def _find_people_online(folder: Path, student: str, database: str) -> "list[Person]":
+    """Return the student's rows in the database of a course, if there is a database. Raises QdotError."""
     paths = [*folder.glob(DATABASE_PATH), *folder.glob(f"*/{DATABASE_PATH}")]
     if not paths and not database:
-        return None
+        return []
     if len(paths) > 1:
         names = " and ".join(str(path.parent.parent) for path in paths)
         raise QdotError(f"{names} each have a database; run the command for one folder after the other")
@@ -106,5 +89,4 @@ def _find_online(folder: Path, student: str, database: str) -> _OnlinePlan | Non
     configure(ServiceOptions((served_folder.resolve(),), database))
     from qdot.grader.serve.forgetting_online import find_people
 
-    people = find_people(student)
-    return _OnlinePlan(people) if people else None
+    return find_people(student)

@@ -106,7 +106,6 @@ def make_program(needed_part: str = "") -> "typer.Typer":
         for name, function in SITE_COMMANDS.items():
             add_command(site, name, "qdot.grader.cli.site_commands", function)
         app.add_typer(site, name="site")
-    if needed_part not in COMMANDS:
         service = typer.Typer(no_args_is_help=True, cls=_make_group("start"), help=SERVE_HELP)
         for name in SERVE_COMMANDS:
             add_command(service, name, "qdot.grader.cli.serve_command", FUNCTION_NAMES.get(name, name))

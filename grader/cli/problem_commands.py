@@ -123,9 +123,8 @@ def families(
                 text = json.dumps(row, ensure_ascii=False, indent=1)
         print_result(text)
     elif as_json:
-        print_result(
-            json.dumps([_make_family_row(family) for family in FAMILIES.values()], ensure_ascii=False, indent=1)
-        )
+        rows = [_make_family_row(family) for family in FAMILIES.values()]
+        print_result(json.dumps(rows, ensure_ascii=False, indent=1))
     else:
         print_result(describe_families())
 
@@ -276,7 +275,7 @@ def _preview_assignment(
 
 
 def _describe_settings(assignment: "Assignment") -> Iterator[str]:
-    """Yield what p1 and p1.position mean, the points of answers that follow from wrong ones, and the site's link."""
+    """Yield lines on the names p1 and p1.position, on the points for follow-through, and on the link to the site."""
     from qdot.exercises.notebook.notebook import make_check_page_address
 
     slots = assignment.slots

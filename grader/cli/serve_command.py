@@ -189,14 +189,14 @@ def links(
         return renew or person.student_id in student or (person.student_id in staff_ids and not is_in_table)
 
     has_address = url or port != DEFAULT_PORT
-    written = write_links(out, list(people.values()), needs_new_link, find_options().url if has_address else "")
-    new_count = len(written.new) + len(written.replaced)
-    print_result(f"{count_noun(written.total, 'link')} in {out}, {new_count} new; send each person only their own link")
-    if written.replaced:
-        note(f"the old links of {_list_people(written.replaced)} no longer work")
-    if written.unknown:
+    summary = write_links(out, list(people.values()), needs_new_link, find_options().url if has_address else "")
+    new_count = len(summary.new) + len(summary.replaced)
+    print_result(f"{count_noun(summary.total, 'link')} in {out}, {new_count} new; send each person only their own link")
+    if summary.replaced:
+        note(f"the old links of {_list_people(summary.replaced)} no longer work")
+    if summary.unknown:
         advice = "find an older copy, or make new ones with --student ID or --renew; the old ones then stop working"
-        note(f"{out} lacks the links of {_list_people(written.unknown)}: {advice}")
+        note(f"{out} lacks the links of {_list_people(summary.unknown)}: {advice}")
 
 
 def _list_people(people: "list[Person]") -> str:
@@ -335,14 +335,16 @@ def register(
     if address.scheme == "http" and not re.fullmatch(r"localhost|127(\.\d+){3}|::1", address.hostname or ""):
         raise QdotError(f"--url {url!r}: a platform opens only addresses that begin with https://")
     _configure(folders, database, url)
-    from qdot.grader.serve.lti.registering import PlatformAnswers, begin, describe_steps, finish
+    from qdot.grader.serve.lti import registering
 
     if client_id:
-        finish(platform, PlatformAnswers(site, client_id, issuer, auth_url, token_url, keys_url))
+        answers = registering.PlatformAnswers(site, client_id, issuer, auth_url, token_url, keys_url)
+        registering.finish_registration(platform, answers)
         print_result(f"{site} is registered; open qdot in a course as its teacher")
     else:
         command = _write_command("register", folders, database, url)
-        print_result(describe_steps(platform, begin(platform, site), command))
+        registration = registering.begin_registration(platform, site)
+        print_result(registering.describe_registration_steps(platform, registration, command))
 
 
 def connect(
@@ -361,14 +363,14 @@ def connect(
       qdot serve connect homework --course 2
     """
     _configure(folders, database)
-    from qdot.grader.serve.lti.registering import connect as connect_class
+    from qdot.grader.serve.lti.registering import connect_course
     from qdot.grader.serve.models import Classroom
 
     courses = {row.pk: row for row in Classroom.objects.filter(lti_context__isnull=False).order_by("pk")}
     if unknown := sorted(set(course) - set(courses)):
         raise QdotError(f"there is no course {unknown[0]}; without --course, the command lists them")
     for number in course:
-        connect_class(courses[number])
+        connect_course(courses[number])
     for number, row in courses.items():
         state = "connected" if row.is_connected else "-"
         platform = row.lti_context.deployment.registration if row.lti_context else ""

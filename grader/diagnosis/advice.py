@@ -27,7 +27,7 @@ from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
-from qdot.grader.judging.verdict import Diagnosis
+from qdot.grader.judging.verdict import Diagnosis, name_entry
 
 SAMPLE_COUNT = 5
 """Number of configurations at which an answer is compared with the reference."""
@@ -54,7 +54,7 @@ FACTORS_OF_LENGTHS = (100.0, 1000.0)
 SIMPLE_ANGLES = (0.0, np.pi / 2, np.pi / 6)
 """The joint angles of configurations that are easy to draw."""
 MAX_CONFIGURATIONS = 81
-"""Maximum number of such configurations that are tried."""
+"""Maximum number of configurations with simple angles that are tried."""
 
 
 def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
@@ -194,9 +194,9 @@ def _find_names_of_reference(problem: Problem, part: Part) -> set[str]:
 def _remark_on_symbols(
     pair: _AnswerAndReference, values: SymbolValues, names: Collection[str], are_missing: bool
 ) -> Iterator[str]:
-    """Yield a remark on those names on which only the reference depends, or only the answer, if there are only few.
+    """Yield a remark on the symbols on which only the reference depends (`are_missing`) or only the answer depends.
 
-    The names are missing in the answer, or otherwise in the reference.
+    Only `names` are considered, and nothing is yielded for many symbols.
     """
     values_before = pair.evaluate(values)
     relevant_names = []
@@ -235,16 +235,15 @@ def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) ->
         joint_angles = dict(zip(revolute_joints, angles, strict=True))
         joint_values = {q.name: np.array([angle]) for q, angle in joint_angles.items()}
         answer_values, expected_values = pair.evaluate(first_values | joint_values)
-        is_correct = np.abs(answer_values - expected_values)[:, 0] <= FORMULA_TOLERANCE * (
-            1 + np.abs(expected_values)[:, 0]
-        )
+        errors, sizes = np.abs(answer_values - expected_values)[:, 0], np.abs(expected_values)[:, 0]
+        is_correct = errors <= FORMULA_TOLERANCE * (1 + sizes)
         if not is_correct.all() and np.isfinite(expected_values).all():
             angles_text = ", ".join(
                 f"{_write_name(q.name)} = {round(np.degrees(angle))}°" for q, angle in joint_angles.items()
             )
-            location, there = (f" at {angles_text}", " there") if angles_text else ("", "")
+            location, adverb = (f" at {angles_text}", " there") if angles_text else ("", "")
             entry = _name_entry(pair.part, int(is_correct.argmin()))
-            yield f"Draw the arm{location} and calculate {entry}{there} by hand. Your answer gives another value."
+            yield f"Draw the arm{location} and calculate {entry}{adverb} by hand. Your answer gives another value."
             return
     yield "Substitute a configuration that is easy to draw, and compare your answer with the drawing term by term."
 
@@ -252,8 +251,7 @@ def _remark_on_configuration(pair: _AnswerAndReference, values: SymbolValues) ->
 def _name_entry(part: Part, index: int) -> str:
     if part.shape is None or part.shape == (1, 1) or part.answer.is_direction:
         return "the result"
-    rows, columns = part.shape
-    return f"entry {index + 1}" if 1 in (rows, columns) else f"entry ({index // columns + 1}, {index % columns + 1})"
+    return name_entry(index, 1 if 1 in part.shape else part.shape[1])
 
 
 def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> str | None:

@@ -63,16 +63,16 @@ SIGN_MISTAKES = {"term-sign-typed", "entry-sign"}
 EXCHANGE_MISTAKES = {"trig-throughout"}
 """The formula mistakes that are likelier than a rare mistake at several joints."""
 LOCATION_WORDS = {"joint", "link", "one"}
-"""The names of values in a message that show that the mistake was made at one joint or entry.
+"""The names of those values in a message that locate the mistake at one joint or entry.
 
-Other mistakes change everything, and so hardly ever only the sign of a single entry."""
+A mistake without a location changes the whole answer, and hardly ever only the sign of a single entry."""
 NEAREST_MISTAKES = {
     "all-sines-for-cosines", "entry-doubled", "entry-factor", "entry-halved", "entry-sign", "factor-missing",
     "number-typed", "relative-rates",
     "term-missing", "term-sign-typed", "term-signs", "trig-throughout", "trig-typed", "trigs-in-terms",
 }  # fmt: skip
-"""The formula mistakes that are likelier than a mistake in the derivation if a question asks for more than a quantity
-of the arm."""
+"""The formula mistakes that are likelier than a mistake in the arm's derivation if the question's formula is more than
+a quantity of the arm."""
 NEAREST_MISTAKES_IN_QUANTITIES = {"relative-rates"}
 """The formula mistakes that are likelier even if an instructor's question asks for a quantity of the arm."""
 UNIT_MISTAKES = {"centimetres", "millimetres", "thousandth"}
@@ -93,12 +93,9 @@ class EarlierMistake:
 
 
 def diagnose(
-    problem: Problem,
-    part: Part,
-    parsed_answer: ParsedAnswer,
-    seed: str = "",
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "",
     earlier_mistakes: Sequence[EarlierMistake] = (),
-) -> Diagnosis | None:
+) -> Diagnosis | None:  # fmt: skip
     """Return the known mistake that explains a wrong answer, or None if no mistake in the catalogue does.
 
     If the mistake is one of the `earlier_mistakes`, which were found in earlier parts, the diagnosis names the earlier
@@ -205,7 +202,10 @@ def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswe
 
 
 def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
-    """Return the comparison with the form of the correct answer whose terms differ least; None if there is none."""
+    """Compare the terms with each form of the correct answer (`_list_reference_forms`); return the closest comparison.
+
+    Return None if the terms can't be compared.
+    """
     if answer.rows is None or not answer.has_expected_shape or answer.numeric.is_direction:
         return None
     wrong_indices = np.flatnonzero(~answer.numeric.match_entries(answer.correct_values)).tolist()
@@ -229,11 +229,11 @@ def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
 
 def _explain_option(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, or that was assigned to a wrong item."""
-    correct, chosen = part.answer.correct_indices, parsed_answer.chosen
+    correct_indices, indices = part.answer.correct_indices, parsed_answer.chosen
     if part.answer.matched_items:
-        wrong_indices = [index for index, expected in zip(chosen, correct, strict=False) if index != expected]
+        wrong_indices = [index for index, expected in zip(indices, correct_indices, strict=False) if index != expected]
     else:
-        wrong_indices = [index for index in chosen if index not in correct]
+        wrong_indices = [index for index in indices if index not in correct_indices]
     blames_by_option = explain_options(problem, part, Stream(f"{seed}/options")) if wrong_indices else []
     for blames in (blames_by_option[index] for index in wrong_indices):
         if blames:
@@ -258,14 +258,14 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     fitting_predictions = []
     has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
     formula, is_number = find_formula(answer.part), answer.part.type == "number"
-    asks_own_formula = formula is not None and (is_number or not is_quantity(formula))
+    has_instructor_formula = formula is not None and (is_number or not is_quantity(formula))
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _explains(prediction, answer):
             if not has_opposite_sign and (cause := _find_cause(prediction, earlier_mistakes)):
                 return _name_inherited(prediction, cause)
             if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
                 continue
-            if has_opposite_sign and asks_own_formula and prediction.mistake.name != "sign":
+            if has_opposite_sign and has_instructor_formula and prediction.mistake.name != "sign":
                 continue
             fitting_predictions.append(prediction)
             if not earlier_mistakes and prediction.frequency >= 1:
@@ -285,11 +285,11 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
 
 
 def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
-    """Return the mistake in an answer to an instructor's question that is likelier than one in the arm's derivation.
+    """Return a mistake in the last steps of an answer to an instructor's question, if likelier than the predictions.
 
-    Most such questions ask for more than a quantity of the arm: a sign or a number of the calculation is likelier than
-    a mistake in the arm's derivation that happens to give the same answer. Mistakes in the question's formula, such as
-    another component, are likelier still.
+    Most of these questions ask for more than a quantity of the arm. Then a wrong sign or number in the last steps is
+    likelier than a mistake in the arm's derivation that happens to give the same answer. A mistake in the question's
+    own formula, such as another component, is likelier still.
     """
     formula = find_formula(answer.part)
     if formula is None or not predictions or answer.part.type == "number":
@@ -320,9 +320,9 @@ def _explain_terms(answer: WrongAnswer) -> Diagnosis | None:
 
 
 def _explain_missing_division(answer: WrongAnswer) -> Diagnosis | None:
-    """Return the diagnosis that an answer was not divided by -det J, the denominator if J has a negative determinant.
+    """Return the diagnosis that an answer lacks the division by -det J, or None.
 
-    The catalogue has the division by det J itself.
+    The denominator of a solution may be -det J, but the catalogue's mistake is that the division by det J is missing.
     """
     for prediction in apply_mistake(CATALOGUE["determinant-forgotten"], answer.correct_stages, answer.part):
         changes_answer = not np.allclose(prediction.answer, answer.correct_values)
@@ -332,7 +332,7 @@ def _explain_missing_division(answer: WrongAnswer) -> Diagnosis | None:
 
 
 def _has_values(prediction: PredictedAnswer, numeric_answer: NumericAnswer) -> bool:
-    """Return whether the values of a predicted answer are those of an answer, and too specific to match by chance."""
+    """Return whether a predicted answer equals a student's answer, and is too specific to match it by chance."""
     return numeric_answer.equals(prediction.answer) and is_distinctive(prediction.answer)
 
 
@@ -356,8 +356,8 @@ def _arm_can_move(lost_direction: np.ndarray, direction: np.ndarray) -> bool:
 
 
 def _find_cause(prediction: PredictedAnswer, earlier_mistakes: Sequence[EarlierMistake]) -> EarlierMistake | None:
-    mistake, words = prediction.mistake.name, dict(prediction.variant.words)
-    return next((earlier for earlier in earlier_mistakes if (earlier.mistake, earlier.words) == (mistake, words)), None)
+    key = prediction.mistake.name, dict(prediction.variant.words)
+    return next((mistake for mistake in earlier_mistakes if (mistake.mistake, mistake.words) == key), None)
 
 
 def _name_inherited(prediction: PredictedAnswer, cause: EarlierMistake) -> Diagnosis:
@@ -411,7 +411,7 @@ def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, fre
         return None
     wrong_count = int((~numeric.match_entries(answer.correct_values)).sum())
     is_unlikely = frequency < UNLIKELY_FREQUENCY and wrong_count <= MAX_ENTRIES_OF_ONE_MISTAKE
-    has_one_wrong_entry = wrong_count == 1 < numeric.values[..., 0].size
+    has_one_wrong_entry = wrong_count == 1 and numeric.values[..., 0].size > 1
     is_made_throughout = has_one_wrong_entry and not LOCATION_WORDS & set(prediction.variant.words)
     is_made_at_several_joints = prediction.mistake.is_rare and len(prediction.variant.joints) > 1
     if not (is_unlikely or is_made_at_several_joints or (is_made_throughout and frequency < LIKELY_FREQUENCY)):
@@ -420,12 +420,9 @@ def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, fre
     if single_mistake is None:
         return None
     names = set(single_mistake.mistakes)
-    is_likelier = is_unlikely and not SURPLUS_MISTAKES & names
-    return (
-        single_mistake
-        if is_likelier or names <= (EXCHANGE_MISTAKES if is_made_at_several_joints else SIGN_MISTAKES)
-        else None
-    )
+    likelier_mistakes = EXCHANGE_MISTAKES if is_made_at_several_joints else SIGN_MISTAKES
+    is_likelier = (is_unlikely and not SURPLUS_MISTAKES & names) or names <= likelier_mistakes
+    return single_mistake if is_likelier else None
 
 
 def _write_message(prediction: PredictedAnswer) -> str:

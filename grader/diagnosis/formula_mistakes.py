@@ -15,7 +15,7 @@ import numpy as np
 
 from qdot.exercises.formula.algebra import Matrix as Rows
 from qdot.exercises.formula.algebra import expand_terms
-from qdot.exercises.formula.program import compile_program, evaluate, evaluate_variants
+from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import (
     ONE,
     ZERO,
@@ -31,7 +31,7 @@ from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
-from qdot.grader.diagnosis.term_comparison import TermComparison
+from qdot.grader.diagnosis.term_comparison import TermComparison, evaluate_formulas
 from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
@@ -54,7 +54,7 @@ OWN_TABLE_HINT = "Use the lengths in the table of your own arm. See (6.1)."
 SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
 """Maps the mistake that a term or factor is missing to the mistake that it is surplus.
 
-A surplus in the answer is found as a part that the reference lacks, compared with the answer.
+A term or factor of the answer is surplus if the answer without it equals the reference.
 """
 
 MISTAKES_IN_NUMBERS: tuple[Collection[str], ...] = (
@@ -83,8 +83,8 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
         return None
     if number_for_symbol := _find_number_for_symbol(answer, reference):
         return number_for_symbol
-    is_single_entry = len(wrong_entries) == 1 < answer.correct_values[..., 0].size  # one of several entries
-    if not is_single_entry:
+    is_one_of_several_entries = len(wrong_entries) == 1 and answer.correct_values[..., 0].size > 1
+    if not is_one_of_several_entries:
         diagnosis = (
             find_exchange(answer)
             or (_find_mistake_everywhere(answer, reference) if answer.is_precise else None)
@@ -98,7 +98,7 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
 def describe_terms(comparison: TermComparison, shape: tuple[int, ...]) -> Diagnosis | None:
     """Return the diagnosis of the terms in which an answer differs from the reference; None if words can't name them.
 
-    `shape` is that of the answer.
+    `shape` is the shape of the answer.
     """
     columns = shape[1] if len(shape) > 1 else 1
     entries = list(dict.fromkeys(divmod(index, columns) for index, _ in comparison.differences))
@@ -111,12 +111,17 @@ def describe_terms(comparison: TermComparison, shape: tuple[int, ...]) -> Diagno
     if comparison.has_wrong_signs:
         is_single_sign = sum(term.has_wrong_sign for term in terms) == 1
         mistakes.append("term-sign-typed" if is_single_sign else "term-signs")
-    diagnoses = [_make_diagnosis(name, entries, shape) for name in mistakes]
+    return _join_diagnoses([_make_diagnosis(name, entries, shape) for name in mistakes])
+
+
+def _join_diagnoses(diagnoses: Sequence[Diagnosis]) -> Diagnosis:
+    """Return one diagnosis that names all mistakes; if there are several, none of the messages calls the rest right."""
+    names = dict.fromkeys(name for diagnosis in diagnoses for name in diagnosis.mistakes)
     feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
     if len(diagnoses) > 1:
         feedback = feedback.replace(" The rest is right.", "")
     signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    return Diagnosis(tuple(mistakes), feedback, signature=signature)
+    return Diagnosis(tuple(names), feedback, signature=signature)
 
 
 MAX_NAMED_ENTRIES = 3
@@ -185,7 +190,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | Non
     size = sum(count_nodes(entry) for row in rows for entry in row)
     for name, edited_rows in islice(formula_edits.edit_all_entries(rows), MAX_EVALUATED_NODES // max(size, 1)):
         entries = [entry for row in edited_rows for entry in row]
-        predicted_values = _evaluate(entries, answer.values).reshape(answer.correct_values.shape)
+        predicted_values = evaluate_formulas(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
             return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer,"}))
     return None
@@ -206,7 +211,7 @@ def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis |
     for name, number in product(symbols, sorted(numbers, key=format_tree)):
         symbol = Node("name", value=name)
         new_entries = [formula_edits.replace_nodes(entry, {symbol: number}.get) for entry in entries]
-        values = _evaluate(new_entries, answer.values).reshape(answer.correct_values.shape)
+        values = evaluate_formulas(new_entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(values) and is_distinctive(values):
             if evaluate(compile_program([number]), {}, 1).values == 1:  # the symbol was left out
                 words = {"Where": "In your answer,", "which": f" (with {name})"}
@@ -239,7 +244,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     new_entries = [
         formula_edits.replace_nodes(entry, replacement.get) for replacement in replacements for entry in entries
     ]
-    answers = _evaluate(new_entries, sampled_values).reshape(count, *answer.correct_values.shape[:2], -1)
+    answers = evaluate_formulas(new_entries, sampled_values).reshape(count, *answer.correct_values.shape[:2], -1)
     first_samples = (..., slice(REPLACEMENT_SAMPLE_COUNT))
     expected_values, size = answer.correct_values[first_samples], answer.numeric.term_size[first_samples]
     if not any(NumericAnswer(values, size, answer.numeric.tolerances).equals(expected_values) for values in answers):
@@ -281,18 +286,13 @@ def _find_mistakes_in_entries(
     for entry_index, located_mistakes in mistakes_by_entry.items():
         likeliest_mistake = next(mistake for mistake in located_mistakes if common_name in (None, mistake.name))
         entries_by_mistake.setdefault(likeliest_mistake, []).append(entry_index)
-    mistakes = tuple(dict.fromkeys(name for name, _ in entries_by_mistake))
-    if len(mistakes) > 2:
+    if len({name for name, _ in entries_by_mistake}) > 2:
         return None
     diagnoses = [
         _make_diagnosis(name, entry_indices, answer.correct_values.shape, missing_words)
         for (name, missing_words), entry_indices in entries_by_mistake.items()
     ]
-    signature = tuple(name for diagnosis in diagnoses for name in diagnosis.signature)
-    feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
-    if len(diagnoses) > 1:
-        feedback = feedback.replace(" The rest is right.", "")
-    return Diagnosis(mistakes, feedback, signature=signature)
+    return _join_diagnoses(diagnoses)
 
 
 class LocatedMistake(NamedTuple):
@@ -319,8 +319,8 @@ class _WrongEntry:
     def find_mistakes(self, is_partly_right: bool, entry_count: int, allows_any_number: bool) -> list[LocatedMistake]:
         """Return the mistakes that give the entry, the likelier mistakes first.
 
-        If the entry is constant, a mistake is identified only if other entries of the answer are correct; unless the
-        entry is zero, the answer must have more than three entries (`entry_count`).
+        A constant entry identifies a mistake only if other entries of the answer are correct. If the constant is not
+        zero, the answer must also have more than three entries (`entry_count`).
         """
         is_informative, is_zero = is_distinctive(self.answer.values), not self.answer.values.any()
         if not (is_informative or (is_partly_right and (is_zero or entry_count > 3))):
@@ -337,8 +337,8 @@ class _WrongEntry:
     def _find_edits(self) -> Iterator[LocatedMistake]:
         """Yield the mistakes that give the entry when they are made in the reference."""
         is_number = self.correct_values.shape[-1] == 1
-        sets = (self._list_fitting_edits(self.reference, self.answer, names) for names in MISTAKES_IN_NUMBERS)
-        edits = next(filter(None, sets), []) if is_number else self._list_fitting_edits(self.reference, self.answer)
+        searches = (self._list_fitting_edits(self.reference, self.answer, names) for names in MISTAKES_IN_NUMBERS)
+        edits = next(filter(None, searches), []) if is_number else self._list_fitting_edits(self.reference, self.answer)
         for edit in edits:
             yield LocatedMistake(edit.mistake, edit.missing_words)
 
@@ -354,7 +354,7 @@ class _WrongEntry:
             yield LocatedMistake("term-surplus", words)
         surplus_names = sorted(find_names(self.typed_formula) - find_names(self.reference))
         formula = replace_names(self.typed_formula, dict.fromkeys(surplus_names, ZERO))
-        if surplus_names and expected_answer.equals(_evaluate([formula], self.values)[None]):
+        if surplus_names and expected_answer.equals(evaluate_formulas([formula], self.values)[None]):
             yield LocatedMistake("term-surplus", f" (with {join_words(surplus_names)})")
 
     def _list_fitting_edits(
@@ -367,7 +367,7 @@ class _WrongEntry:
         candidates = list(islice(edits, MAX_EDITS))
         if not candidates:
             return []
-        answers = _evaluate([edit.entry for edit in candidates], self.values)
+        answers = evaluate_formulas([edit.entry for edit in candidates], self.values)
         different_count = len(set(answers[:, 0].real.round(12))) if answers.shape[1] == 1 else 0
         if 2 * expected.tolerances.relative * different_count > MAX_CHANCE:
             return []
@@ -379,7 +379,7 @@ class _WrongEntry:
         terms = (expand_terms(self.reference, formula_edits.MAX_TERMS) if is_short else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.correct_values
-        for part, values in zip(parts, _evaluate(parts, self.values), strict=True):
+        for part, values in zip(parts, evaluate_formulas(parts, self.values), strict=True):
             with np.errstate(all="ignore"):
                 ratio = difference / values
             if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
@@ -395,29 +395,24 @@ class _WrongEntry:
         Let w be the sine or cosine of the angle, and w' the same function of the angle plus pi/2. The wrong entry is
         A + B (w cos c + w' sin c), where A and B don't depend on c. This equation is solved for c by least squares.
         """
-        if (
-            count_nodes(self.reference) > formula_edits.MAX_ENTRY_NODES
-            or self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT
-        ):
+        has_few_samples = self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT
+        if has_few_samples or count_nodes(self.reference) > formula_edits.MAX_ENTRY_NODES:
             return
         constant_parts = formula_edits.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
         shifted_formulas = formula_edits.replace_each_trig(self.reference, formula_edits.add_quarter_turn)[:MAX_TRIGS]
-        entry_values, *variants = _evaluate([self.reference, *constant_parts, *shifted_formulas], self.values)
+        entry_values, *variants = evaluate_formulas([self.reference, *constant_parts, *shifted_formulas], self.values)
         pairs = zip(variants[: len(constant_parts)], variants[len(constant_parts) :], strict=True)
         for k, (constant_part, shifted_values) in enumerate(pairs):
             coefficients = np.stack([entry_values - constant_part, shifted_values - constant_part], axis=1)
             if not np.isfinite(coefficients).all():
                 continue
-            (cos_c, sin_c), *_ = np.linalg.lstsq(
-                coefficients.real, (self.answer.values[0, 0] - constant_part).real, rcond=None
-            )
+            remainder = self.answer.values[0, 0] - constant_part
+            (cos_c, sin_c), *_ = np.linalg.lstsq(coefficients.real, remainder.real, rcond=None)
             if abs(cos_c**2 + sin_c**2 - 1) > 1e-6:
                 continue
             constant = Node("decimal", value=Fraction(float(np.arctan2(sin_c, cos_c))))
-            shift = partial(_add_to_angle, constant)
-            if self.answer.equals(
-                _evaluate([formula_edits.replace_each_trig(self.reference, shift)[k]], self.values)[None]
-            ):
+            shifted_formulas = formula_edits.replace_each_trig(self.reference, partial(_add_to_angle, constant))
+            if self.answer.equals(evaluate_formulas([shifted_formulas[k]], self.values)[None]):
                 yield LocatedMistake("angle-typed")
                 return
 
@@ -431,11 +426,6 @@ class _WrongEntry:
 
 def _add_to_angle(term: Node, trig: Node) -> Node:
     return Node("call", (trig.args[0] + term,), trig.value)
-
-
-def _evaluate(entries: Sequence[Node], values: SymbolValues) -> np.ndarray:
-    """Return the values of entries at N configurations, (entries, N); nan if a value can't be computed."""
-    return evaluate_variants(entries, values, len(next(iter(values.values()))))
 
 
 def _make_diagnosis(

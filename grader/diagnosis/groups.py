@@ -2,8 +2,9 @@
 
 Two answers are in one group if the same mistake was made at the same joint or entry. If no mistake is known, two
 answers are in one group if their formulas are equal and their expected answers are equal. For this comparison, the
-lengths in a student's table are replaced by their names: 0.6 becomes a2. The offset of a joint is undone: theta1 + pi/4
-becomes one angle. A number that can't be replaced remains, so only students with the same number share that key.
+lengths in a student's table are replaced by their names: 0.6 becomes a2. A joint variable plus its offset, such as
+theta1 + pi/4, becomes one angle. A number that can't be replaced remains, so only students with that number share a
+key.
 
 A key depends on the problem, the answer and the assignment's secret, but not on other students' answers. It doesn't
 change when other students submit, and without the secret nobody can compute the key.
@@ -37,7 +38,7 @@ KEY_LENGTH = 6
 
 
 def format_group_key(part: str, letters: str) -> str:
-    """Return the key of a group as it is written in results.jsonl.
+    """Return the key of a group in the form of results.jsonl.
 
     >>> format_group_key("p1.jacobian", "kqvxwz")
     'p1.jacobian/kqvxwz'
@@ -70,11 +71,8 @@ def _make_identity(
     if parsed_answer.table is not None:
         return None
     if part.answer.offered_options and parsed_answer.chosen:
-        return (
-            "options",
-            _list_option_texts(part, parsed_answer.chosen),
-            _list_option_texts(part, part.answer.correct_indices),
-        )
+        typed_and_correct_indices = parsed_answer.chosen, part.answer.correct_indices
+        return "options", *(_list_option_texts(part, indices) for indices in typed_and_correct_indices)
     try:
         if part.answer.is_numeric and parsed_answer.rows is not None:
             return "numbers", part.answer.write_code(), _round_numbers(parsed_answer.entries, part)
@@ -113,8 +111,8 @@ def _round_numbers(entries: Sequence[Node], part: Part) -> tuple[str, ...]:
 class _GeneralForm:
     """Rewrites formulas into a form common to all students, with names instead of the numeric lengths of an arm.
 
-    `names_in_products` maps numeric factors of a product, and `names_in_sums` all other numbers, to expressions of
-    named lengths. They differ if a number equals both a product and a sum of lengths. `offset_by_joint` maps joint
+    `names_in_products` maps numeric factors of a product to expressions of named lengths, and `names_in_sums` maps all
+    other numbers. The two differ if a number equals both a product and a sum of lengths. `offset_by_joint` maps joint
     variables to their offsets, and `shifted_joints` maps joint variables to the variable minus its offset. `seed`
     determines the numbers at which formulas are compared.
     """

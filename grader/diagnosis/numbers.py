@@ -15,7 +15,7 @@ RELATIVE_TOLERANCE = 1e-9
 
 
 class Tolerances(NamedTuple):
-    """The tolerance relative to the size of the terms, and the absolute tolerance; their sum is allowed."""
+    """The tolerance relative to the size of the terms, and the absolute tolerance. Their sum is the allowed error."""
 
     relative: float
     absolute: float

@@ -1,4 +1,4 @@
-"""Find the links that are missing in the columns of J or in the position of P.
+"""Find the links whose contributions are missing in the columns of the Jacobian J or in the position of the point P.
 
 This search is used if no mistake of the catalogue gives the wrong answer. The residual is the reference minus the
 student's answer. Each column of the residual is compared with sums of the links' contributions, so different columns

@@ -42,7 +42,7 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and not part.answer.is_numeric and is_correct else None
     if part.answer.is_numeric:
         return _explain_few_digits(part, answer, correct_values)
-    if not has_decimals:  # such as 866025/1000000
+    if not has_decimals:  # but possibly fractions, such as 866025/1000000
         return Diagnosis((), EXACT_VALUES_ADVICE) if entries and wrong_answer.is_correct else None
     difference, largest_value = np.abs(answer.values - correct_values), np.abs(correct_values).max(axis=(0, 1))
     size = np.minimum(answer.term_size, 2 * np.abs(correct_values).max())  # large terms may cancel in the answer
@@ -66,8 +66,8 @@ def explain_rounded_function(wrong_answer: WrongAnswer) -> Diagnosis | None:
 def _explain_few_digits(part: Part, answer: NumericAnswer, correct_values: np.ndarray) -> Diagnosis | None:
     """Return the diagnosis that all numbers are correct to fewer digits than required, or None.
 
-    If none of them has two digits, it only says that the answer has too few digits, because one digit may be right by
-    chance.
+    If no number is correct to two digits, the feedback only says that the answer has too few digits, because one digit
+    may be right by chance.
     """
     values, expected = answer.values.real, correct_values.real
     largest_value = float(np.abs(expected).max())

@@ -1,9 +1,9 @@
 """Find the mistake behind a wrong set of singular configurations, or the pieces of the set that are wrong.
 
-A piece is a list of conditions that hold simultaneously. A fingerprint identifies a piece without comparing
-configurations, which is slow. The fingerprint of a condition such as theta2 = pi consists of the joint and its value.
-The fingerprint of a condition that ties several joints consists of values of the expression that vanishes, up to a
-factor. Configurations are compared only if a piece has another form or if no mistake gives the set.
+A piece is a list of conditions that hold simultaneously. Comparing configurations is slow, so fingerprints identify the
+pieces. The fingerprint of a condition such as theta2 = pi consists of the joint and its value. If a condition relates
+several joints, as in theta2 = theta3, its fingerprint consists of values of the expression that must be zero, up to a
+common factor. Configurations are compared only if a piece has another form, or if no mistake gives the set.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -41,7 +41,7 @@ from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 SAMPLE_COUNT = 3
 """Number of random values of each symbol from which fingerprints are computed."""
 REFERENCE = " See (6.8)."
-"""The reference to the equation about singular configurations, which is not about other sets."""
+"""The reference to the equation about singular configurations; feedback on other sets has no reference."""
 MAX_MISTAKES_NAMED = 3
 """Maximum number of mistakes that are named for one set."""
 MIN_DEGREES = 15.0
@@ -50,18 +50,17 @@ FINGERPRINT_DIGITS = 6
 """Number of decimals of the values in a fingerprint."""
 
 ConditionFingerprint = tuple[str, tuple[complex, ...]]
-"""One condition: a joint and its values for some random lengths.
+"""The fingerprint of a condition: a joint and its values for some random lengths.
 
-If it ties several joints, the name is empty, and the values are those of the expression that vanishes, up to a
-factor."""
-
+If the condition relates several joints, the name is empty, and the values are those of the expression that must be
+zero, up to a common factor."""
 
 PieceFingerprint = frozenset[ConditionFingerprint]
 
 
 @dataclass(frozen=True)
 class SetFingerprint:
-    """A set as it is written: the pieces that state values of joints, and the pieces that tie several joints."""
+    """The fingerprint of a set: its pieces that give only values of joints, and its other pieces."""
 
     valued_pieces: frozenset[PieceFingerprint]
     tied_pieces: frozenset[PieceFingerprint]
@@ -116,7 +115,7 @@ def find_mistake_by_judging(problem: Problem, part: Part, parsed_answer: ParsedA
 
 
 def name_alternatives(alternatives: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
-    """Return the diagnosis that names all mistakes that give the same answer, given with their words and messages."""
+    """Return the diagnosis that one of the mistakes was made; each comes with its words and its complete message."""
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in alternatives))
     message = " Another mistake gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
     signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in alternatives)
@@ -137,13 +136,8 @@ def _name_likeliest(
                 words_by_mistake[rival] = answer.words
                 break
     highest_frequency = max(rival.frequency for rival in words_by_mistake)
-    return name_alternatives(
-        [
-            (rival, words, rival.format_message(words))
-            for rival, words in words_by_mistake.items()
-            if rival.frequency == highest_frequency
-        ]
-    )
+    likeliest = {rival: words for rival, words in words_by_mistake.items() if rival.frequency == highest_frequency}
+    return name_alternatives([(rival, words, rival.format_message(words)) for rival, words in likeliest.items()])
 
 
 def _is_judged_correct(
@@ -194,7 +188,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
 
 
 def _join_messages(messages: Sequence[str]) -> str:
-    """Return several messages as one text, which gives a common reference only once, at the end.
+    """Join messages into one text. A reference that all messages share appears only once, at the end.
 
     >>> _join_messages(["Check the sign. See (6.8).", "Use radians. See (6.8)."])
     'Check the sign. Use radians. See (6.8).'
@@ -211,10 +205,10 @@ def _convert_degrees(problem: Problem, pieces: Sequence[Piece]) -> list[Piece]:
         for atom in chain.from_iterable(pieces)
         if atom.joint in revolute_joints and all(node.kind != "name" for node in iterate_nodes(atom.expression))
     ]
+    if not angles:
+        return list(pieces)
     with np.errstate(all="ignore"):
-        values = (
-            evaluate(compile_program([atom.expression for atom in angles]), {}, 1).values if angles else np.zeros(1)
-        )
+        values = evaluate(compile_program([atom.expression for atom in angles]), {}, 1).values
     if not (np.abs(values) >= MIN_DEGREES).any():
         return list(pieces)
     convert = {atom: replace(atom, expression=atom.expression * Node("name", value="pi") / 180) for atom in angles}
@@ -244,7 +238,8 @@ class _SetExplanation:
     @property
     def joins_alternatives(self) -> bool:
         """Whether some of the claimed conditions have to hold simultaneously, but none of the expected ones do."""
-        return max(map(len, self.claimed_pieces), default=0) > 1 == max(len(c.conditions) for c in self.components)
+        has_simultaneous_conditions = max(map(len, self.claimed_pieces), default=0) > 1
+        return has_simultaneous_conditions and max(len(c.conditions) for c in self.components) == 1
 
     def _compare(self, pieces: Sequence[Piece], other_pieces: Sequence[Piece]) -> SetComparison:
         return compare_sets(pieces, other_pieces, self.space, self.seed)
@@ -297,7 +292,7 @@ def _format_value(value: Node) -> str:
     return text[1:-1] if text.startswith("(") else text
 
 
-# --- comparison of sets as written ---
+# --- fingerprints of sets ---
 
 
 class _Fingerprinter:
@@ -308,7 +303,7 @@ class _Fingerprinter:
         self.joints = {q.name: joint.kind for q, joint in zip(problem.chain.q, problem.chain.joints, strict=True)}
 
     def is_plain(self, piece: Piece) -> bool:
-        """Return whether each condition of a piece gives a value of a joint or ties several joints."""
+        """Return whether each condition of a piece gives a constant value of a joint, or relates several joints."""
         joint_counts = [(atom.joint, len(find_names(atom.expression) & set(self.joints))) for atom in piece]
         return all(count > 1 if joint is None else count == 0 for joint, count in joint_counts)
 
@@ -331,9 +326,8 @@ class _Fingerprinter:
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:
         """Return the fingerprint of a set, without the pieces that have all conditions of another piece and more."""
         distinct_pieces = frozenset(pieces)
-        outer_pieces = frozenset(
-            piece for piece in distinct_pieces if not any(other_piece < piece for other_piece in distinct_pieces)
-        )
+        surplus_pieces = {piece for piece in distinct_pieces if any(other < piece for other in distinct_pieces)}
+        outer_pieces = distinct_pieces - surplus_pieces
         valued_pieces = frozenset(piece for piece in outer_pieces if all(joint for joint, _ in piece))
         return SetFingerprint(valued_pieces, outer_pieces - valued_pieces)
 
@@ -370,11 +364,8 @@ def _are_nearly_equal(pieces: frozenset[PieceFingerprint], other_pieces: frozens
 def _contains_nearly(piece: PieceFingerprint, condition: ConditionFingerprint) -> bool:
     """Return whether a piece contains a condition that equals the given condition except for rounded constants."""
     joint, values = condition
-    return any(
-        name == joint
-        and (
-            np.abs(np.subtract(values, exact_values))
-            <= CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(exact_values)) / (2 * np.pi)  # angles are in turns
-        ).all()
-        for name, exact_values in piece
-    )
+    for exact_joint, exact_values in piece:
+        tolerance = CONSTANT_TOLERANCE * np.maximum(1.0, np.abs(exact_values)) / (2 * np.pi)  # angles are in turns
+        if exact_joint == joint and (np.abs(np.subtract(values, exact_values)) <= tolerance).all():
+            return True
+    return False

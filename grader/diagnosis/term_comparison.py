@@ -113,11 +113,11 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
         return None
     unmatched_terms = [term for term in expected_terms if not matching.take(term.values)]
     differences: list[TermDifference] = []
-    likeliest_first = (_negate, matching.exchange_trigs, matching.change_number)
-    for list_variants in likeliest_first:  # try each kind of variant on all terms before the next kind
+    # Each kind of variant, the likeliest first, is tried on all terms before the next kind.
+    for generate_variants in (_negate, matching.exchange_trigs, matching.change_number):
         remaining_terms, unmatched_terms = unmatched_terms, []
         for term in remaining_terms:
-            variants = (variant for variant, variant_values in list_variants(term) if matching.take(variant_values))
+            variants = (variant for variant, variant_values in generate_variants(term) if matching.take(variant_values))
             variant = next(variants, None)
             differences += [variant] if variant else []
             unmatched_terms += [] if variant else [term]
@@ -128,7 +128,7 @@ def _list_terms(entry: Node, values: SymbolValues) -> list[_Term]:
     """Return the terms of an entry as a sum of products, with like terms added; the entry itself if it has too many."""
     nodes = expand_terms(_write_as_products(entry), MAX_TERMS) or [entry]
     terms: list[_Term] = []
-    for node, term_values in zip(nodes, _evaluate(nodes, values), strict=True):
+    for node, term_values in zip(nodes, evaluate_formulas(nodes, values), strict=True):
         for k, term in enumerate(terms):
             ratio = _find_constant_ratio(term_values, term.first_values)
             if ratio is not None:
@@ -187,7 +187,7 @@ class _Matching:
     def exchange_trigs(self, term: _Term) -> _Variants:
         """Yield the term with some of its sines and cosines exchanged, with the right and with the wrong sign."""
         variants = exchange_trigs(term.node, MAX_TRIGS_OF_TERM)
-        for variant_values, sign in product(_evaluate(variants, self.values), (1, -1)):
+        for variant_values, sign in product(evaluate_formulas(variants, self.values), (1, -1)):
             difference = TermDifference(term.node, has_wrong_sign=sign < 0, has_exchanged_trigs=True)
             yield difference, sign * term.factor * variant_values
 
@@ -205,5 +205,6 @@ def _find_constant_ratio(numerator: np.ndarray, denominator: np.ndarray) -> floa
     return float(ratios[0].real) if is_constant else None
 
 
-def _evaluate(nodes: Sequence[Node], values: SymbolValues) -> np.ndarray:
+def evaluate_formulas(nodes: Sequence[Node], values: SymbolValues) -> np.ndarray:
+    """Return the values of formulas at N configurations, (formulas, N); nan if a value can't be computed."""
     return evaluate_variants(nodes, values, len(next(iter(values.values()))))

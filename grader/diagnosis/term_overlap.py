@@ -2,8 +2,8 @@
 
 Answer and solution are expanded into terms, both as written and after angle-sum identities are applied. A term of the
 solution is found if it equals a term of the answer, up to its sign, at random configurations. If the answer has more
-terms than the solution, the share is relative to the answer's terms. Otherwise, a list of all possible terms would be
-an attempt. Terms without joints or velocities don't count, because any text may contain constants.
+terms than the solution, the share is relative to the answer's terms, so a list of all possible terms is no attempt.
+Terms without joints or velocities don't count, because any text may contain constants.
 """
 
 from collections.abc import Sequence

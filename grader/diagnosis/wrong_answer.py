@@ -1,4 +1,4 @@
-"""Evaluate a wrong answer at the configurations at which it is compared with the answers that mistakes give."""
+"""Evaluate a wrong answer at some configurations, to compare it there with the answers that mistakes give."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +18,7 @@ from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, Tol
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 
 SAMPLE_COUNT = 16
-"""Number of configurations, unless the question gives one."""
+"""Number of configurations at which answers are compared, unless the question gives a configuration."""
 THREE_DIGITS_TOLERANCE = 5e-3
 """Relative error of numbers that are rounded to three significant digits (1.00 stands for 0.995 to 1.005)."""
 MIN_NUMBER_TOLERANCE = 1e-5
@@ -72,7 +72,7 @@ class WrongAnswer:
 
     @property
     def is_precise(self) -> bool:
-        """Whether an answer that a mistake gives is hardly ever given by chance: a formula, or precise numbers."""
+        """Whether the answer can hardly match a mistake by chance, because it is a formula or has precise numbers."""
         return not self.part.answer.is_numeric or self.numeric.is_precise
 
     def list_wrong_entries(self) -> list[tuple[int, int]]:

@@ -47,9 +47,9 @@ GRADER_VERSION = 21
 
 
 def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Submission]:
-    """Return the attempts in a student's files, the one that is most likely the right notebook first.
+    """Return the attempts in a student's files, the most likely notebook first.
 
-    If at least one file can be parsed, the others that can't be parsed are omitted, and a note says why.
+    If at least one file can be parsed, the files that can't be parsed are omitted, and a note says why.
     """
     files, reason = student_files.files, student_files.ungraded_reason
     if reason:
@@ -103,7 +103,7 @@ def make_marking_versions(assignment: Assignment, student: str) -> MarkingVersio
 class Grader:
     """What a process needs to grade notebooks: the assignment, the sandbox that runs notebooks, and correct answers.
 
-    `class_answers` contains the correct answers to all students' problems, which is how copied answers are detected.
+    `class_answers` contains the correct answers to all students' problems, to detect copied answers.
     """
 
     assignment: Assignment
@@ -186,17 +186,15 @@ def run_notebook(
     `problems` are pairs of a slot's name, such as "p1", and the student's problem in it. `seed` selects the
     configurations at which a student's Python functions are called. Raises OverLimit.
     """
-    parts = [f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts]
-    parts_in_words = {
-        f"{slot}.{part.name}" for slot, problem in problems for part in problem.parts if isinstance(part.answer, Words)
-    }
+    parts = {f"{slot}.{part.name}": part for slot, problem in problems for part in problem.parts}
+    parts_in_words = {name for name, part in parts.items() if isinstance(part.answer, Words)}
     arguments = {slot: sample_function_arguments(problem, problem.domain, seed) for slot, problem in problems}
     setup = write_setup_cell(problems)
 
     def run(cells: Sequence[str | None], names: Sequence[str]) -> Run:
         return _run_with_retries(sandbox, partial(sandbox.run, cells, names, arguments, setup, submission.modules))
 
-    return find_answers(empty_self_checks(submission.cells, problems), parts, run, parts_in_words)
+    return find_answers(empty_self_checks(submission.cells, problems), list(parts), run, parts_in_words)
 
 
 def _run_with_retries(sandbox: Sandbox, run: Callable[[], Run]) -> Run:

@@ -76,15 +76,16 @@ def grade_class(
     costs = [("student", "seconds", "megabytes")]
     files_by_student = {student: files.files if files else (None,) for student, files in tasks}
     paths = [marks_path(cache, student, file) for student, files in files_by_student.items() for file in files]
-    report_crash = partial(_make_failed_notebooks, assignment) if jobs else None
+    make_failed_notebooks = partial(_make_failed_notebooks, assignment) if jobs else None
     with clean_up_after(paths), sync_disks_after():
         if executor:
             graded_notebooks = _grade_on_cluster(executor, tasks, assignment, limits, cache)
         else:
             setup = (assignment, limits, cache)
             graded_notebooks = map_in_order(
-                _grade_student_safely, tasks, jobs, setup=_GradingWorker, arguments=setup, result_if_lost=report_crash
-            )
+                _grade_student_safely, tasks, jobs, setup=_GradingWorker, arguments=setup,
+                result_if_lost=make_failed_notebooks,
+            )  # fmt: skip
         with contextlib.closing(graded_notebooks):
             for student, notebooks in zip(chosen_students, graded_notebooks, strict=True):
                 try:

@@ -176,7 +176,7 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:
     """Return the failure of a problem that differs from its record; an empty list if they agree."""
-    kind = FailureKind.CHANGED
+    failure_kind = FailureKind.CHANGED
     digests = compute_digests(problem)
     if record.problem != str(problem.id):
         message = f"{record.problem} was released instead, because the assignment or the secret has changed"
@@ -186,11 +186,11 @@ def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecor
         difference = "the arm" if record.arm != digests.arm else ", ".join(changed_parts) or "its digest"
         message = f"this is no longer the released problem: {difference} changed since qdot {record.qdot}"
     elif (record.arm, record.parts, set(record.questions)) != (digests.arm, digests.parts, set(digests.parts)):
-        kind = FailureKind.DAMAGED
+        failure_kind = FailureKind.DAMAGED
         message = "its certificate contradicts itself, because it was altered; restore it from a backup"
     else:
         return []
-    return [task.make_failure(kind, message)]
+    return [task.make_failure(failure_kind, message)]
 
 
 def _verify_task(_: None, task: VerificationTask) -> list[Failure]:

@@ -130,12 +130,9 @@ def find_claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Exp
         return None
     labels, columns, metre_power = form.get("labels", []), form.get("columns", []), form.get("metres")
     answer = _make_example_answer(form)
-    if (
-        answer is None
-        or not _is_name_list(labels)
-        or not _is_name_list(columns)
-        or metre_power not in (None, *range(7))
-    ):
+    if answer is None or not _is_name_list(labels) or not _is_name_list(columns):
+        return None
+    if metre_power not in (None, *range(7)):
         return None
     domain = Domain(dict.fromkeys(symbols, "signed"))
     return ExpectedForm(answer, domain, tuple(joints), tuple(labels), tuple(columns), metre_power)
@@ -146,30 +143,30 @@ SIZE_BOUND = 100
 
 
 def _make_example_answer(form: Mapping[str, object]) -> Answer | None:
-    """Return an answer in the claimed form, of zeros or with the first options as correct; None for an invalid form.
+    """Return an answer of the claimed form, with zeros or the first options; None for an invalid form.
 
     A form has the name of the type, the numbers of rows and columns, the units of numbers, and the options and items.
     """
-    kind, shape, units = form.get("type"), form.get("shape", []), form.get("units", [])
+    answer_type, shape, units = form.get("type"), form.get("shape", []), form.get("units", [])
     options, items = form.get("options", []), form.get("items", [])
-    if kind == Expression.type:
+    if answer_type == Expression.type:
         return Expression(sp.S.Zero)
-    if kind == ConditionSet.type:
+    if answer_type == ConditionSet.type:
         return ConditionSet(())
-    if kind == Words.type:
+    if answer_type == Words.type:
         return Words()
-    if kind in (Choice.type, Selection.type, Matching.type):
+    if answer_type in (Choice.type, Selection.type, Matching.type):
         if not _is_name_list(options) or not _is_name_list(items) or len(options) not in range(1, len(LETTERS) + 1):
             return None
-        if kind == Matching.type:
+        if answer_type == Matching.type:
             return Matching(tuple(items), tuple(options), tuple(range(len(items)))) if items else None
-        return Choice(tuple(options), 0) if kind == Choice.type else Selection(tuple(options), (0,))
+        return Choice(tuple(options), 0) if answer_type == Choice.type else Selection(tuple(options), (0,))
     if not isinstance(shape, list) or len(shape) != 2 or any(n not in range(1, SIZE_BOUND) for n in shape):
         return None
     zeros = sp.zeros(*map(int, shape))  # a notebook's numbers may be floats such as 3.0
-    if kind == Number.type and _is_name_list(units) and len(units) == len(zeros):
+    if answer_type == Number.type and _is_name_list(units) and len(units) == len(zeros):
         return Number(zeros, tuple(units), 0, 0)
-    return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(kind))
+    return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(answer_type))
 
 
 def _is_name_list(claim: object) -> TypeGuard[list[str]]:

@@ -62,18 +62,18 @@ def compute_final_result(
     if len(notebooks) == 1:
         return result
     other_files = [notebook.file for i, notebook in enumerate(notebooks) if i != chosen_index]
-    reason, tie_remark = f", the {assignment.attempt_policy} one," if len(results) > 1 else "", ""
+    choice_words, tie_remark = f", the {assignment.attempt_policy} one," if len(results) > 1 else "", ""
     if not assignment.attempt_policy.best_of:
         tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
         if tied_count == 1:
-            reason = ", the last one,"
+            choice_words = ", the last one,"
         else:
             tie_remark = (
                 f". The last {tied_count} were received at the same time; qdot chose the one with the likeliest name"
             )
     listing = list_first(other_files, MAX_FILES_LISTED)
-    note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file}{reason} counts, and {listing} "
-    note += f"{'does' if len(other_files) == 1 else 'do'} not{tie_remark}"
+    note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file}{choice_words} counts, "
+    note += f"and {listing} {'does' if len(other_files) == 1 else 'do'} not{tie_remark}"
     if assignment.attempt_policy.best_of is not None and len(results) < len(notebooks):
         note += f"; {assignment.attempt_policy.rule}"
     scores = [results[i].score if i in results else None for i in range(len(notebooks))]

@@ -78,8 +78,8 @@ class ForgettingPlan:
 def plan_forgetting(folder: Path, name: str, is_optional: bool = False) -> list[ForgettingPlan]:
     """Return the plan for an assignment's folder, or one plan for each assignment of a course. Raises QdotError.
 
-    `name` is an identifier in the roster, or a name or e-mail address that only one student has. If the folder has
-    nothing of the student, this is an error, unless `is_optional`.
+    `name` is an identifier in the roster, or a name or e-mail address that only one student has. Unless `is_optional`,
+    it is an error if the folder has nothing of the student.
     """
     is_assignment = (folder / "assignment.toml").is_file()
     folders = [folder] if is_assignment else sorted(path.parent for path in folder.glob("*/assignment.toml"))
@@ -124,7 +124,7 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 
 def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Student) -> ForgettingPlan | None:
     """Return the plan for one assignment; None if its folder has nothing of the student."""
-    students = [*roster, *([] if any(other.id == student.id for other in roster) else [student])]
+    students = [*roster, *([] if student.id in {listed.id for listed in roster} else [student])]
     certain_paths, doubtful_paths = find_paths_of_student(students, folder, student.id)
     removed_paths = [*certain_paths, *_find_files_named_after(folder, student.id)]
     new_contents = dict(_shorten_tables(folder, student.id))
@@ -142,7 +142,7 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
 
 def _find_files_named_after(folder: Path, student: str) -> list[Path]:
     """Return the files and folders that are named after a student, with unfinished copies of them."""
-    paths = [folder / kind / student for kind in ("released", "solutions", "certificates")]
+    paths = [folder / name / student for name in ("released", "solutions", "certificates")]
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
     paths.append(store_path(folder, student))
     paths += [path for path in sorted((folder / "exports").glob("*/*/*")) if student in (path.name, path.stem)]
@@ -158,17 +158,10 @@ def _shorten_tables(folder: Path, student: str) -> Iterator[tuple[Path, bytes]]:
         other_lines = [line for line in lines if _read_student(line) != student]
         if len(other_lines) < len(lines):
             yield results, b"".join(other_lines)
-    not_fetched_name = f"submitted/{NOT_FETCHED_FILE}"
     names = (
-        "graded/grades.csv",
-        f"released/{INDEX_FILE}",
-        "graded/to-mark.csv",
-        "graded/costs.csv",
-        OVERRIDES_FILE,
-        REPLACEMENTS_FILE,
-        not_fetched_name,
-        ROSTER_FILE,
-    )
+        "graded/grades.csv", f"released/{INDEX_FILE}", "graded/to-mark.csv", "graded/costs.csv", OVERRIDES_FILE,
+        REPLACEMENTS_FILE, f"submitted/{NOT_FETCHED_FILE}", ROSTER_FILE,
+    )  # fmt: skip
     for path in (folder / name for name in names if (folder / name).is_file()):
         rows = read_roster_table(path) if path.name == ROSTER_FILE else read_table(path, "student", "student")
         matches = (number for number, cells in rows if normalize_identifier(cells.get("student", "")) == student)

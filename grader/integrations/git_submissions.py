@@ -199,9 +199,9 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
         raise
     _run_git(host, *safe_options, "checkout", "--quiet", "--detach", push.commit)
     shutil.rmtree(folder / ".git")
-    moment = push.received.timestamp()
+    push_time = push.received.timestamp()
     for path in folder.rglob("*"):
-        os.utime(path, (moment, moment), follow_symlinks=False)
+        os.utime(path, (push_time, push_time), follow_symlinks=False)
 
 
 def _run_git(host: Host, *arguments: str, **environment: str) -> str:
@@ -297,8 +297,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 2
     failed_count = sum(bool(row.unreached) for row in rows)
     empty_count = sum(bool(row.left_out) for row in rows)
-    done_count = len(rows) - failed_count - empty_count
-    repositories_text = f"{done_count} {'repository' if done_count == 1 else 'repositories'}"
+    success_count = len(rows) - failed_count - empty_count
+    repositories_text = f"{success_count} {'repository' if success_count == 1 else 'repositories'}"
     if options.task == "collect":
         print_result(
             f"{repositories_text} fetched, {empty_count} without work to grade, {failed_count} could not be fetched"

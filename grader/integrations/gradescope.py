@@ -54,7 +54,7 @@ def grade_submission(
     if deadline is not None:
         student = replace(student, due_date=deadline)
     files = find_student_files(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
-    result = get_only_result([grade_one(assignment, student, files, make_limits(seconds))], "gradescope")
+    result = get_only_result([grade_one(assignment, student, files, make_limits(seconds))])
     return make_gradescope_results(result, assignment, visibility)
 
 

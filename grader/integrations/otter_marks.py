@@ -1,7 +1,6 @@
 """Mark a submission for Otter's autograder, in qdot's own sandbox."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -10,27 +9,10 @@ from qdot.exercises.common.errors import QdotError
 from qdot.grader.integrations.gradescope import find_submitter, grade_submission
 from qdot.grader.judging.verdict import AWAITS_PERSON
 from qdot.grader.reports.gradescope import GradescopeResults
-from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.submissions.submission import read_submission
 
 
-@dataclass(frozen=True)
-class Mark:
-    """The mark for a part: the points earned, the maximum points, and the feedback."""
-
-    points: float
-    max_points: float
-    feedback: str
-
-    @property
-    def is_full(self) -> bool:
-        """Whether the part earns all points."""
-        return self.points >= self.max_points
-
-
-def grade_for_otter(
-    folder: Path, notebook: Path, metadata: Mapping[str, Any], seconds: float = Limits.seconds
-) -> GradescopeResults:
+def grade_for_otter(folder: Path, notebook: Path, metadata: Mapping[str, Any]) -> GradescopeResults:
     """Return a submission's results in Gradescope's format. Raises QdotError if it can't be marked.
 
     `metadata` is Gradescope's description of the submission. If it lists no users, the notebook names the student.
@@ -43,13 +25,8 @@ def grade_for_otter(
         if not isinstance(student_id, str):
             raise QdotError(f"{notebook.name} does not name its student; submit the notebook that you received")
         student = assignment.find_student(student_id)
-    results = grade_submission(assignment, student, notebook, metadata, seconds=seconds)
+    results = grade_submission(assignment, student, notebook, metadata)
     for test in results.tests:
         if test.score is None and AWAITS_PERSON not in test.output:
             raise QdotError(f"{student.id}: {test.number} has no mark: {test.output}")
     return results
-
-
-def list_marks(results: GradescopeResults) -> dict[str, Mark]:
-    """Return the marks by the names of the parts, such as "p1.jacobian"."""
-    return {test.number: Mark(test.score or 0.0, test.max_score, test.output) for test in results.tests}

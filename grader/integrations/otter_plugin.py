@@ -20,7 +20,8 @@ from otter.plugins import AbstractOtterPlugin
 
 from qdot.exercises.exports.nbgrader import make_grade_id
 from qdot.exercises.exports.otter import ASSIGNMENT_FOLDER
-from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks
+from qdot.grader.integrations.otter_marks import grade_for_otter
+from qdot.grader.reports.gradescope import PASSED
 
 OTTER_TESTS_FOLDER = "tests"
 """The folder of tests that Otter puts next to the notebook; it replaces any submitted folder of that name."""
@@ -53,15 +54,14 @@ class Marks(AbstractOtterPlugin):
 
     def after_grading(self, results: Any) -> None:
         """Give each test its part's feedback, and its points minus the late penalty; show the submission's notes."""
-        marks = list_marks(self.results)
-        earned = sum(mark.points for mark in marks.values())
+        earned = sum(test.score or 0.0 for test in self.results.tests)
         ratio = self.results.score / earned if earned else 1
-        for part, mark in marks.items():
-            test_file = results.get_result(make_grade_id(part))
+        for test in self.results.tests:
+            test_file = results.get_result(make_grade_id(test.number))
             for case_result in test_file.test_case_results:
-                case_result.passed = mark.is_full
-                case_result.message = case_result.test_case.success_message = mark.feedback
-            test_file.update_score(mark.points * ratio)
+                case_result.passed = test.status == PASSED
+                case_result.message = case_result.test_case.success_message = test.output
+            test_file.update_score((test.score or 0.0) * ratio)
         if self.results.output:
             results.set_output(self.results.output)
 

@@ -2,8 +2,8 @@
 
 The server.py of the question calls this module with `data`, PrairieLearn's dictionary, whose values are all JSON.
 `correct_answers`, which only the answer panel shows, has the solutions and the correct options. PrairieLearn's elements
-(its input fields) have stored the chosen or typed answers before. This module converts each answer to the text that a
-student would type in a notebook, then parses and marks the text as usual. No answer is executed.
+(its input fields) store the chosen or typed answers. This module converts each answer to the text that a student would
+type in a notebook, then parses and marks the text as usual. No answer is executed.
 """
 
 import json
@@ -62,9 +62,9 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
 
 
 def parse(data: PrairieLearnData, folder: str, slot: str) -> None:
-    """Add to `format_errors` why answers can't be parsed; such a submission is not graded, and costs no attempt.
+    """Add the reasons why answers can't be parsed to `format_errors`, beside the errors from PrairieLearn's elements.
 
-    The errors that the elements themselves have reported remain.
+    A submission with such errors is not graded, and costs no attempt.
     """
     problem = _load_problem(data, folder, slot)
     errors = data["format_errors"]

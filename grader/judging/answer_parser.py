@@ -1,10 +1,10 @@
 """Parse the text of an answer into a formula, entries, numbers or conditions, or refuse the text with a reason.
 
 Judging, partial credit, diagnosis, follow-through and reports all use the parsed answer and never parse the text again.
-`expected_form` calls the function of this module that fits the part.
+A part is one question of a problem. `expected_form` chooses the function of this module that parses its answer.
 
 A parsed text is a tree of nodes (`formula.trees`). The domain of a problem contains the names of its symbols. Labels
-are the names that a student may write before entries, such as vx, as in vx = 0.
+are names that a student may write before entries, such as vx in vx = 0.
 """
 
 import itertools
@@ -60,8 +60,8 @@ MatrixShape = tuple[int, int]
 class FunctionValues:
     """The values of a student's Python function at several configurations.
 
-    `shape` is the shape of a single value; None if the text only begins like a table. `values` has one row per
-    configuration and one column per entry. `arguments` maps each argument to its values at the configurations.
+    `values` has one row per configuration and one column per entry. `shape` is the shape of a single value; None if the
+    table is malformed. `arguments` maps each argument to its values at the configurations.
     """
 
     shape: tuple[int, ...] | None
@@ -115,18 +115,18 @@ def refuse(text: str, reason: str) -> ParsedAnswer:
 
 
 def _make_refused_answer(
-    error: _Refusal | ParseError, text: str, form: str, tree: Node, rows: Matrix | None
+    error: _Refusal | ParseError, text: str, expected_type: str, tree: Node, rows: Matrix | None
 ) -> ParsedAnswer:
     """Return a refused answer with the reason from an error, and with the `tree` and `rows` that could be parsed.
 
-    `form` is what the text was parsed as, such as "a formula".
+    `expected_type` is the type as which the text was parsed, such as "a formula".
     """
-    reason = describe_parse_error(error, form) if isinstance(error, ParseError) else str(error)
+    reason = describe_parse_error(error, expected_type) if isinstance(error, ParseError) else str(error)
     return ParsedAnswer(text, wrong_judgement(reason), None if isinstance(error, _AmbiguousAnswer) else tree, rows)
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
-    """Return the parsed form of a single formula, which may be named by a single label. The text 0,5 means a half."""
+    """Parse a single formula, which may be named by a single label. A decimal comma is accepted, as in 0,5."""
     if (value_text := _remove_capital_name(text, domain)) != text:
         return replace(read_formula(value_text, domain, labels), text=text)
     parsed = _parse(text, domain)
@@ -156,7 +156,7 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
 def read_matrix(
     text: str, shape: MatrixShape, domain: Domain, labels: NameSequence = (), columns: NameSequence = ()
 ) -> ParsedAnswer:
-    """Return the parsed form of a matrix or vector of the given shape.
+    """Parse a matrix or vector of the given shape.
 
     A vector may be typed as a row instead of a column, and the entries may be named by `labels`. The columns of a
     matrix may be typed as vectors with the names in `columns`, and a twist as the two vectors v and ω.
@@ -167,9 +167,10 @@ def read_matrix(
 
 
 def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Sequence[str] = ()) -> ParsedAnswer:
-    """Return the parsed form of `count` numbers, which may be formulas without symbols. A single 0,5 is a half.
+    """Parse `count` numbers, which may be formulas without symbols.
 
     The numbers may be named by `labels`. `units` are their units; an answer in a unit of another dimension is refused.
+    A single number may have a decimal comma, as in 0,5.
     """
     text_with_plain_units = replace_latex_units(text)
     if text.strip() and (unit_error := _describe_wrong_unit(text_with_plain_units, labels, units)):
@@ -187,7 +188,7 @@ def _read_entries(
     text: str, shape: MatrixShape, domain: Domain, labels: NameSequence, columns: NameSequence = (),
     are_numbers: bool = False,
 ) -> ParsedAnswer:  # fmt: skip
-    """Return the parsed entries of a matrix or vector, or of numbers (`are_numbers`). Entries may be named."""
+    """Parse the entries of a matrix or vector or, if `are_numbers`, a list of numbers. Entries may be named."""
     parsed = _parse(text, domain)
     if parsed.tree is None:
         return parsed
@@ -206,7 +207,7 @@ def _read_entries(
         if are_numbers and symbols:
             example = "0.5" if shape == (1, 1) else _make_example(shape, "0.5")
             raise _Refusal(f"{describe_symbols_in_numbers(symbols)}; write only numbers, such as {example}")
-        is_single_formula = shape != (1, 1) == (len(rows), len(rows[0]))
+        is_single_formula = shape != (1, 1) and (len(rows), len(rows[0])) == (1, 1)
         if is_single_formula and not are_numbers and (unknown_names := symbols - set(domain.roles)):
             raise _Refusal(f"{name_unknown_symbols(unknown_names)}; write out every entry, like {_make_example(shape)}")
         rows = _require_shape(rows, shape, text)
@@ -228,13 +229,13 @@ def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
 
 
 _KINDS_ALLOWED_IN_SET = {"eq", "pair", "set", "list"}
-"""Kinds of entries that are accepted in a set {a, b}, although a set has no order: a named entry, and a row."""
+"""The kinds of nodes that are accepted as entries in braces, although a set has no order: named entries and rows."""
 
 
 def _retry_printed_table(
     parsed: ParsedAnswer, find_table: Callable[[str], str | None], parse_again: Callable[[str], ParsedAnswer]
 ) -> ParsedAnswer:
-    """Return an answer, parsed again as a table if it was refused and its text is a printed table.
+    """Return an answer unchanged, unless it was refused and its text is a printed table. Then parse it as a table.
 
     `find_table` returns the table in a text as the text of a list, or None. `parse_again` parses such a list.
     """
@@ -255,8 +256,9 @@ def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str])
         if (label := _normalize_label(name)) in expected_names:
             index = expected_names.index(label)
         expected = units if index is None else units[index : index + 1]
-        typed_unit, expected_units = parse_unit(unit), [parse_unit(text) if text else None for text in expected]
-        dimensions = {each and each.dimension for each in expected_units}
+        typed_unit = parse_unit(unit)
+        expected_units = [parse_unit(symbol) if symbol else None for symbol in expected]
+        dimensions = {expected_unit and expected_unit.dimension for expected_unit in expected_units}
         if typed_unit and dimensions and not {None, typed_unit.dimension} & dimensions:
             subject = f"entry {index + 1}" if index is not None and len(units) > 1 else "the result"
             advice = "use this unit or write only the number"
@@ -265,9 +267,9 @@ def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str])
 
 
 def read_conditions(text: str, domain: Domain, joints: Sequence[str] = ()) -> ParsedAnswer:
-    """Return the parsed form of conditions on the given joints, without entries that were left blank.
+    """Parse conditions on the given joints; entries that were left blank are omitted.
 
-    If `joints` is empty, the content is not checked. The text may then be a set of angles.
+    If `joints` is empty, the conditions are not checked, so the text may also be a set of angles.
     """
     text_with_points = use_points_in_lengths(text)
     parsed = replace(_parse(text_with_points, domain), text=text)
@@ -458,7 +460,7 @@ def _find_closing_brackets(text: str) -> dict[int, int]:
 
 
 def _is_grouping_bracket(text: str, start: int, end: int | None) -> bool:
-    """Return whether a bracket contains a formula and not a list: if so, an operator or a function applies to it.
+    """Return whether a bracket only groups a formula, because an operator or a function of one argument is beside it.
 
     The bracket is opened at the index `start` and closed at `end`, which is None if the bracket is never closed.
     """
@@ -472,7 +474,7 @@ def _is_grouping_bracket(text: str, start: int, end: int | None) -> bool:
 
 
 def read_any(text: str) -> ParsedAnswer:
-    """Return the parsed form of an answer without knowing which form is expected."""
+    """Parse an answer without knowing its expected type."""
     parsed = _parse(text, Domain({}))
     return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
 
@@ -492,11 +494,11 @@ BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
 """The judgement on an answer that contains only placeholders."""
 
 
-def describe_parse_error(error: ParseError, form: str = "") -> str:
-    """Return the reason for refusing an answer that can't be parsed, in general or in the expected form."""
+def describe_parse_error(error: ParseError, expected_type: str = "") -> str:
+    """Return the reason for refusing an answer that can't be parsed, or can't be parsed as the expected type."""
     if isinstance(error, UndefinedValue):
         return str(error)
-    return f"qdot couldn't parse your answer{form and f' as {form}'}: {error}"
+    return f"qdot couldn't parse your answer{expected_type and f' as {expected_type}'}: {error}"
 
 
 def _unwrap(node: Node, domain: Domain) -> Node:
@@ -518,16 +520,16 @@ def _contains_only_blanks(node: Node) -> bool:
 def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The name must be either the only name in `labels` or a name that the student made up. Before a matrix, it may also
-    be a symbol, because a symbol is a number: M is parsed as the mass m if the problem has one.
+    The name must be either the only name in `labels` or a name that the student made up. Before a matrix, the name may
+    also be parsed as a symbol, such as M as the mass m: a symbol stands for a number and can't equal a matrix.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
     if not sides or (any(find_names(side) & set(domain.roles) for side in sides[1:-1]) and not find_names(sides[-1])):
         return tree  # det J = a1*a2*sin(theta2) = 0
     for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
-        is_unknown = not find_names(name) & set(domain.roles)
-        is_student_name = is_unknown and (_is_name(name) or _contains_only_jacobian_entries(name))
+        has_no_symbol = not find_names(name) & set(domain.roles)
+        is_student_name = has_no_symbol and (_is_name(name) or _contains_only_jacobian_entries(name))
         is_label = name.kind == "name" and [_normalize_label(str(name.value))] == list(map(_normalize_label, labels))
         if is_student_name or is_label or (value.kind == "list" and _is_symbol_or_function(name)):
             return value
@@ -550,8 +552,7 @@ def _find_wrong_component(tree: Node, labels: Sequence[str]) -> str:
     if tree.kind not in ("eq", "pair") or tree.args[0].kind != "name":
         return ""
     name = str(tree.args[0].value)
-    is_other = _normalize_label(name) != _normalize_label(labels[0])
-    return name if is_other and _normalize_label(name) in VELOCITY_NAMES else ""
+    return name if _normalize_label(name) in {*VELOCITY_NAMES} - {_normalize_label(labels[0])} else ""
 
 
 def _is_name(node: Node) -> bool:
@@ -711,12 +712,12 @@ def _normalize_label(name: str) -> str:
 
 
 def _has_split_decimals(rows: Matrix, expected: tuple[int, int]) -> bool:
-    """Return whether each entry seems to be half of a decimal: a cell with [0,5, -1,25] sets [0, 5, -1, 25]."""
+    """Return whether decimal commas seem to have split every number: Python reads [0,5, -1,25] as [0, 5, -1, 25]."""
     entries = list(itertools.chain.from_iterable(rows))
     numbers = [entry.args[0] if entry.kind == "neg" else entry for entry in entries]
     has_whole_numbers = all(number.kind == "number" and number.value.denominator == 1 for number in numbers)
-    is_fraction_positive = all(entry.kind == "number" for entry in entries[1::2])
-    return len(entries) == 2 * math.prod(expected) and has_whole_numbers and is_fraction_positive
+    are_fractions_unsigned = all(entry.kind == "number" for entry in entries[1::2])
+    return len(entries) == 2 * math.prod(expected) and has_whole_numbers and are_fractions_unsigned
 
 
 def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix:

@@ -31,7 +31,9 @@ MIN_PARTIAL_LENGTH = 4
 
 
 def is_blank_text(text: str) -> bool:
-    """Return whether a text is no answer: empty, "blank", or "None" as an unset variable prints; "none" is an answer.
+    """Return whether a text is no answer: empty, "blank", or "None", the text of an unset variable.
+
+    The text "none" is an answer.
 
     >>> is_blank_text("None"), is_blank_text("( blank )"), is_blank_text("none")
     (True, True, False)
@@ -42,11 +44,12 @@ def is_blank_text(text: str) -> bool:
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
     """Parse the choice of one option by its letter (in upper or lower case, brackets or quotes) or by its text."""
-    chosen = find_option_index(text, options)
+    option_index = find_option_index(text, options)
     names = options if tuple(options) == TRUE_FALSE else LETTERS[: len(options)]
     has_several_letters = len(parse_letters(text, len(options)) or ()) > 1
     complaint = "names several options; choose one of" if has_several_letters else "is not one of the options"
-    return _make_parsed_answer(text, None if chosen is None else [chosen], f"{complaint} {', '.join(names)}")
+    option_indices = None if option_index is None else [option_index]
+    return _make_parsed_answer(text, option_indices, f"{complaint} {', '.join(names)}")
 
 
 def read_selection(text: str, option_count: int) -> ParsedAnswer:
@@ -57,12 +60,12 @@ def read_selection(text: str, option_count: int) -> ParsedAnswer:
 
 def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedAnswer:
     """Parse a letter for each item, in the order of the items."""
-    chosen = parse_letters(text, option_count)
+    option_indices = parse_letters(text, option_count)
     letters = ", ".join(LETTERS[:option_count])
-    is_complete = chosen is not None and len(chosen) == len(items)
+    is_complete = option_indices is not None and len(option_indices) == len(items)
     expected_form = f"{len(items)} letters ({letters}), one for each item from {items[0]} to {items[-1]}"
-    parsed = _make_parsed_answer(text, chosen if is_complete else None, f"must have exactly {expected_form}")
-    return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(chosen or ()))
+    parsed = _make_parsed_answer(text, option_indices if is_complete else None, f"must have exactly {expected_form}")
+    return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(option_indices or ()))
 
 
 def _make_parsed_answer(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
@@ -140,10 +143,10 @@ _CERTIFICATE = Certificate("exact", 1, 0.0)
 
 def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: int) -> Judgement:
     """Judge the choice of one option."""
-    (chosen,) = parsed.chosen
-    if chosen == correct_index:
+    (option_index,) = parsed.chosen
+    if option_index == correct_index:
         return correct_judgement(_CERTIFICATE)
-    name = options[chosen] if tuple(options) == TRUE_FALSE else LETTERS[chosen]
+    name = options[option_index] if tuple(options) == TRUE_FALSE else LETTERS[option_index]
     return wrong_judgement(f"{name} is not the correct option", _CERTIFICATE)
 
 
@@ -168,8 +171,9 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
 
 def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: Sequence[int]) -> Judgement:
     """Judge the letter for each item; a letter that is given more than once counts as wrong."""
-    pairs = zip(items, parsed.chosen, correct_indices, strict=True)
-    wrong_items = [item for item, chosen, expected in pairs if chosen != expected or parsed.chosen.count(chosen) > 1]
+    indices = parsed.chosen
+    triples = zip(items, indices, correct_indices, strict=True)
+    wrong_items = [item for item, index, expected in triples if index != expected or indices.count(index) > 1]
     if not wrong_items:
         return correct_judgement(_CERTIFICATE)
     share = float(Fraction(len(items) - len(wrong_items), len(items)))

@@ -23,15 +23,15 @@ COMPARISON_TYPES = ("expression", "matrix", "angles", "singular")
 """The types of answers that can be compared: a formula, a matrix, a set of angles, a set of singular configurations."""
 
 
-def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
-    """Compare a student's text with a reference; `kind` is one of COMPARISON_TYPES.
+def compare(answer_type: str, student: str, reference: Any, joints: Sequence[str] = ()) -> Judgement:
+    """Compare a student's text with a reference; `answer_type` is one of COMPARISON_TYPES.
 
     The reference is a text, a list of texts, or a list of rows of texts. A symbol's name determines its role: theta* is
     an angle; a*, d* and L* are lengths; any other name stands for any number. Raises QdotError if the reference can't
     be parsed or the type is unknown.
     """
-    if kind not in COMPARISON_TYPES:
-        raise QdotError(f"type {kind!r} is not one of {', '.join(COMPARISON_TYPES)}")
+    if answer_type not in COMPARISON_TYPES:
+        raise QdotError(f"type {answer_type!r} is not one of {', '.join(COMPARISON_TYPES)}")
     texts = _flatten_reference(reference)
     try:
         trees = [parse_formula(text) for text in texts]
@@ -39,16 +39,16 @@ def compare(kind: str, student: str, reference: Any, joints: Sequence[str] = ())
         raise QdotError(f"the reference can't be parsed: {error}") from None
     domain = _make_default_domain(trees, student, joints)
     trees = [parse_reference(text, frozenset(domain.roles)) for text in texts]
-    seed = hashlib.sha256(repr((kind, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
-    if kind == "expression":
+    seed = hashlib.sha256(repr((answer_type, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
+    if answer_type == "expression":
         parsed = read_formula(student, domain)
         return parsed.refusal or judge_expression(parsed, trees[0], domain, seed)
-    if kind == "matrix":
+    if answer_type == "matrix":
         rows = _parse_rows(reference, frozenset(domain.roles))
         parsed = read_matrix(student, (len(rows), len(rows[0])), domain)
         return parsed.refusal or judge_matrix(parsed, rows, domain, seed)
     parsed = read_conditions(student, domain)
-    if kind == "angles":
+    if answer_type == "angles":
         angles = Node("set", tuple(trees)) if len(trees) > 1 else trees[0]
         return parsed.refusal or judge_angles(parsed, angles, domain, seed)
     variables = joints or sorted(name for name in domain.roles if name.startswith("theta"))
@@ -73,8 +73,8 @@ def _parse_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[Node]
             return as_matrix(parse_formula(reference, symbol_names))
         except ParseError as error:
             raise QdotError(f"the reference is not a matrix: {error}") from None
-    row_list = reference if isinstance(reference, list) else [reference]
-    rows = [row if isinstance(row, list) else [row] for row in row_list]
+    listed_rows = reference if isinstance(reference, list) else [reference]
+    rows = [row if isinstance(row, list) else [row] for row in listed_rows]
     if len({len(row) for row in rows}) != 1:
         raise QdotError("the rows of the reference have different lengths")
     return [[parse_reference(str(entry), symbol_names) for entry in row] for row in rows]
@@ -104,7 +104,7 @@ def compare_line(line: str, line_number: int) -> dict[str, Any]:
     if missing_keys := [key for key in ("reference", "student") if key not in request]:
         names = " and ".join(missing_keys)
         raise QdotError(f"line {line_number}: {names} missing; a request must have reference and student")
-    return {"id": request.get("id"), **judgement_content(judge_request(request, line_number))}
+    return {"id": request.get("id"), **describe_judgement(judge_request(request, line_number))}
 
 
 def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
@@ -117,7 +117,7 @@ def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
         except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
             reason = str(error) if isinstance(error, QdotError) else f"line {line_number}: its id is nested too deeply"
             errors.append(reason)
-            content = judgement_content(Judgement(Outcome.UNGRADED, 0.0, reason))
+            content = describe_judgement(Judgement(Outcome.UNGRADED, 0.0, reason))
             response = json.dumps({"id": None, **content}, ensure_ascii=False)
         yield response
 
@@ -134,8 +134,8 @@ def judge_request(request: Mapping[str, Any], line_number: int) -> Judgement:
     try:
         with budget.spend(), np.errstate(all="ignore"):
             reference = request["reference"]
-            kind = str(request.get("type") or guess_type(as_text(reference)))
-            return compare(kind, as_text(request["student"]), reference, joints)
+            answer_type = str(request.get("type") or guess_type(write_as_text(reference)))
+            return compare(answer_type, write_as_text(request["student"]), reference, joints)
     except QdotError as error:
         raise QdotError(f"line {line_number}: {error}") from None
     except OutOfTime:
@@ -145,13 +145,13 @@ def judge_request(request: Mapping[str, Any], line_number: int) -> Judgement:
     return Judgement(Outcome.UNGRADED, 0.0, reason)
 
 
-def as_text(answer: Any, depth: int = 0) -> str:
+def write_as_text(answer: Any, depth: int = 0) -> str:
     """Return an answer (a text, a number, or nested lists of texts and numbers) as one text; "" for null."""
     if answer is None:
         return ""
     if isinstance(answer, list):  # lists too deep for the parser are omitted; it refuses the rest
         items = answer if depth <= MAX_DEPTH else []
-        return "[" + ", ".join(as_text(item, depth + 1) for item in items) + "]"
+        return "[" + ", ".join(write_as_text(item, depth + 1) for item in items) + "]"
     return answer if isinstance(answer, str) else repr(answer)
 
 
@@ -164,7 +164,7 @@ def guess_type(reference: str) -> str:
         return "expression"
 
 
-def judgement_content(judgement: Judgement) -> dict[str, Any]:
+def describe_judgement(judgement: Judgement) -> dict[str, Any]:
     """Return the outcome, reason and certificate as data for JSON."""
     certificate = to_jsonable(judgement.certificate)
     return {"outcome": judgement.outcome.value, "reason": judgement.reason, "certificate": certificate}

@@ -1,4 +1,4 @@
-"""Parse a text as the answer to one part of a problem, in the form that the part expects."""
+"""Parse a text as the answer to one part of a problem, according to the type of the part's correct answer."""
 
 import re
 from dataclasses import dataclass, replace
@@ -54,7 +54,7 @@ def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "
 
 
 def explain_unparsed_entry(problem: Problem, part: Part, text: str) -> str:
-    """Return which entry of a matrix, made by a page from its fields, can't be parsed, and why; "" for other answers.
+    """Say which entry of a matrix that a web page made from its fields can't be parsed, and why; "" for other answers.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])

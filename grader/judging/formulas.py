@@ -1,8 +1,8 @@
-"""Judge a parsed answer by comparing it with a reference: formulas, matrices, numbers, directions, singular sets.
+"""Judge formulas, matrices, numbers, directions and sets of configurations by comparing them with the correct answer.
 
-A reference is the correct answer. The parsed answer must not have been refused. A seed determines the random
-configurations at which answers are compared. A certificate records how a comparison was made, with a counterexample if
-the answer is wrong.
+The correct answer is called the reference. The parsed answer must not have been refused. A seed determines the random
+configurations at which answers are compared. A certificate records how a comparison was made. If the answer is wrong,
+the certificate has a counterexample: values at which the answer differs from the reference.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -125,15 +125,15 @@ def _describe_correct_count(
     spoiled_count = count_spoiled_zeros(is_correct, is_ignored, is_blank)
     if len(is_zero) == 1:
         return ""
-    kind = "nonzero " if any(is_ignored) else ""
+    adjective = "nonzero " if any(is_ignored) else ""
     if total == 1:
         count_words = f"the only nonzero entry is {'right' if correct_count else 'not right'}"
     elif correct_count == 0:
-        count_words = f"{'neither of the two' if total == 2 else f'none of the {total}'} {kind}{noun} is right"
+        count_words = f"{'neither of the two' if total == 2 else f'none of the {total}'} {adjective}{noun} is right"
     elif correct_count == total:
-        count_words = f"{'both' if total == 2 else f'all {total}'} {kind}{noun} are right"
+        count_words = f"{'both' if total == 2 else f'all {total}'} {adjective}{noun} are right"
     else:
-        count_words = f"{correct_count} of {total} {kind}{noun} {'is' if correct_count == 1 else 'are'} right"
+        count_words = f"{correct_count} of {total} {adjective}{noun} {'is' if correct_count == 1 else 'are'} right"
     conjunction = "but" if correct_count else "and"
     spoiled_noun = "entry that should be zero is" if spoiled_count == 1 else "entries that should be zero are"
     spoiled_words = f", {conjunction} {spoiled_count} {spoiled_noun} not" if spoiled_count else ""
@@ -174,9 +174,9 @@ def describe_unknown_symbols(parsed: ParsedAnswer, domain: Domain) -> str:
 def judge_numbers(
     parsed: ParsedAnswer, reference: Sequence[float], units: Sequence[str], tolerance: float, floors: Sequence[float]
 ) -> Judgement:
-    """Judge numbers. Each number is correct within a relative tolerance, or within an absolute error, its floor.
+    """Judge numbers. Each is correct within the relative `tolerance`, or within its absolute tolerance in `floors`.
 
-    The share is computed as for a vector: numbers that are zero earn nothing.
+    The share is computed as for a vector: numbers that are zero in the reference earn nothing.
     """
     is_blank, expected = parsed.is_blank, np.array(reference)
     entries = [ZERO if blank else entry for blank, entry in zip(is_blank, parsed.entries, strict=True)]
@@ -311,12 +311,12 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
 
 
 SINGULAR_CONFIGURATION, CONFIGURATION, ANGLE = "a singular configuration", "a configuration", "an angle"
-"""The elements of sets, as messages about missing ones call them."""
+"""What an element of a set is called in messages, depending on the question."""
 SURPLUS_WORDS = {
     SINGULAR_CONFIGURATION: "this configuration is not singular",
     CONFIGURATION: "this configuration does not satisfy the condition", ANGLE: "this angle is wrong",
 }  # fmt: skip
-"""What is said of an element that is not in the reference."""
+"""The clause about an element that is not in the reference."""
 
 
 def judge_singular(
@@ -326,7 +326,7 @@ def judge_singular(
     """Judge a set of configurations by the configurations that it contains. `noun` is a key of `SURPLUS_WORDS`.
 
     For each condition, the reference contains a list of joint values, or the condition itself. The share depends on how
-    many conditions are found completely or in part, and on how many of the student's conditions are wrong
+    many conditions the student found completely or in part, and on how many of the student's conditions are wrong
     (`compute_share_of_set`).
     """
     assert parsed.tree is not None
@@ -381,8 +381,10 @@ def _judge_set(
     pieces_and_soundness = list(zip(claimed_pieces, tolerant_comparison.is_sound, strict=True))
     sound_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound]
     is_covered: Sequence[bool | None] = tolerant_comparison.is_covered
-    if len(sound_pieces) < len(claimed_pieces):
-        is_covered = _find_covered_pieces(sound_pieces, reference_pieces, tolerant_space, seed, is_covered)
+    if not sound_pieces:
+        is_covered = [None if flag is None else False for flag in is_covered]  # None for an empty piece
+    elif len(sound_pieces) < len(claimed_pieces):
+        is_covered = compare_sets(sound_pieces, reference_pieces, tolerant_space, seed).is_covered
     match_counts = _count_covered_pieces(
         is_covered, conditions, lambda piece: _is_found_in_part(piece, sound_pieces, tolerant_space, seed)
     )
@@ -405,19 +407,6 @@ def _judge_set(
     return partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
 
-def _find_covered_pieces(
-    sound_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str,
-    is_covered: Sequence[bool | None],
-) -> Sequence[bool | None]:  # fmt: skip
-    """Return whether the sound pieces cover each piece of the reference; None for an empty piece.
-
-    `is_covered` is the same for all of the student's pieces.
-    """
-    if sound_pieces:
-        return compare_sets(sound_pieces, reference_pieces, space, seed).is_covered
-    return [None if is_piece_covered is None else False for is_piece_covered in is_covered]
-
-
 _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"
 
 
@@ -431,7 +420,7 @@ def _count_covered_pieces(
     """Return for each condition the number of its pieces that are covered, and the number of its nonempty pieces.
 
     `is_covered` is whether each piece of all conditions is covered; None for an empty piece. Empty conditions are
-    omitted. If a condition has a single piece that was found in part, it counts as one of two pieces.
+    omitted. A single piece that was found in part counts as one covered piece of two.
     """
     remaining_flags = iter(is_covered)
     groups = [(list(islice(remaining_flags, len(condition))), condition) for condition in conditions]
@@ -443,9 +432,9 @@ def _count_covered_pieces(
 
 
 def _is_found_in_part(piece: Piece, sound_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str) -> bool:
-    """Return whether a claimed piece is one of the branches of a piece, as theta2 = atan(a1/a2) of a1 = a2*tan(theta2).
+    """Return whether a sound piece is a branch of `piece`, as theta2 = atan(a1/a2) is of a1 = a2*tan(theta2).
 
-    A branch gives values of joints, and has no more conditions than the piece.
+    A branch gives values of joints, and has no more conditions than `piece`.
     """
     branches = (
         branch

@@ -1,11 +1,11 @@
 """Judge answers that are Python functions by their values at random configurations.
 
-A function that accepts symbols is converted to a formula in the sandbox and is not judged here (see `callables`). A
-function that accepts only numbers is called in the sandbox. Its answer is a table of values: JSON after a prefix.
+The sandbox calls the function (`notebook_process.function_answers`). A function that accepts symbols is converted to a
+formula, which is not judged here. A function that accepts only numbers becomes a table of values: JSON after a prefix.
 
 The values are double-precision numbers from the student's code, which can't be recomputed with more digits. They must
-be correct to nine digits, relative to the size of the terms, or within the assignment's tolerance. Nobody knows the
-configurations beforehand.
+be correct to nine digits, relative to the size of the terms, or within the assignment's tolerance. Students can't know
+the configurations beforehand.
 """
 
 import hashlib
@@ -69,9 +69,9 @@ def find_constant_value(text: str) -> str | None:
 
 
 def parse_table(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
-    """Return the shape of a value, and all values (points, entries), in a table.
+    """Return the shape of a single value in a table, and all values, an array of shape (points, entries).
 
-    Return None and no values if the text is not a table, which happens if a student typed the prefix.
+    Return None and no values if the table is malformed, because a student typed the prefix.
     """
     with suppress(ValueError, TypeError, KeyError, OverflowError, RecursionError):
         content = json.loads(answer.removeprefix(TABLE_PREFIX))
@@ -85,7 +85,7 @@ def parse_table(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
 def judge_function(
     part: Part, function_values: FunctionValues, joints: Sequence[str], symbol_names: Iterable[str]
 ) -> Judgement:
-    """Judge the values of a student's function. A malformed table is wrong, because the student typed it.
+    """Judge the values of a student's function. A malformed table is wrong.
 
     Counterexamples show the values of the `joints` and of the symbols in the reference.
     """

@@ -25,7 +25,7 @@ from qdot.grader.judging.verdict import AWAITS_PERSON, Judgement, Outcome
 def judge(problem: Problem, part: Part, answer: str, seed: str | None = None) -> Judgement:
     """Judge the text of an answer to a part.
 
-    `seed` determines the configurations at which the answer is compared; these are random if `seed` is None.
+    `seed` determines the configurations at which the answer is compared. If it is None, they differ in every call.
 
     >>> from qdot import generate
     >>> problem = generate("polar-rp/1", ["determinant"])

@@ -44,9 +44,9 @@ class Diagnosis:
     """The names of the mistakes that together explain a wrong answer, and the `feedback` for the student.
 
     If no mistake is named, the feedback says what the student should look at. If a single mistake explains the whole
-    answer, `cause` contains its name and the values in its message; if several mistakes are equally likely, it
-    describes the first. If this mistake was already found in an earlier part, `inherited` is that part, and the mistake
-    is not named again. `signature` lists the mistakes and their locations, including an inherited mistake.
+    answer, `cause` contains its name and the values in its message. If several mistakes are equally likely, `cause` has
+    the first. If the mistake was already found in an earlier part, `inherited` is that part, and the mistake is not
+    named again. `signature` lists the mistakes and their locations, including an inherited mistake.
     """
 
     mistakes: tuple[str, ...]
@@ -70,7 +70,7 @@ class Diagnosis:
 
 
 IGNORED_WORDS = ("degrees", "every", "zero")
-"""The names of values in a message that depend on the arm and don't identify the mistake: an angle, and advice."""
+"""The names of those values in a message that depend on the arm and don't identify the mistake: angles and advice."""
 
 
 def locate_mistake(mistake: str, words: Mapping[str, object]) -> str:
@@ -90,9 +90,8 @@ class Verdict:
     """The judgement on one part with the points (None if ungraded), the text of the answer, and the diagnosis.
 
     `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). If the answer follows from a wrong
-    answer to an earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` says
-    whether a symbolic answer is a real attempt at this arm; a correct answer always counts as one. `attempt` is None
-    for options, or if this is unknown.
+    answer to an earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` is
+    whether a symbolic answer is a real attempt at this arm, as each correct answer is; None for options, or if unknown.
     """
 
     part: str

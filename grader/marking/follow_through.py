@@ -86,7 +86,7 @@ class Sources(NamedTuple):
 
 
 class SourceRows(NamedTuple):
-    """The formulas of one earlier part, and the parts with wrong answers that they come from."""
+    """The formulas of one earlier part, and the parts whose wrong answers lead to these formulas."""
 
     rows: Rows
     wrong_parts: list[str]
@@ -127,7 +127,7 @@ def find_follow_through(
 
 @dataclass(frozen=True)
 class _Context:
-    """A problem with a student's answers, and random values for the problem's symbols."""
+    """What a later answer is derived from: a problem, the student's answers, and random values of all symbols."""
 
     problem: Problem
     answers: Mapping[str, ParsedAnswer]
@@ -322,10 +322,10 @@ class _Context:
         factors = [
             [factor for factor in split_factors(formula) if find_names(factor) & set(joints)] for (formula,) in formulas
         ]
-        conditions = [
-            [reduce(lambda left, right: Node("and", (left, right)), (Node("eq", (factor, ZERO)) for factor in choice))]
-            for choice in product(*factors)
-        ]
+        conditions = []
+        for combination in product(*factors):  # all formulas are zero where one factor of each is zero
+            equations = [Node("eq", (factor, ZERO)) for factor in combination]
+            conditions.append([reduce(lambda a, b: Node("and", (a, b)), equations)])
         noun = SINGULAR_CONFIGURATION if part.answer_as(ConditionSet).is_singular_set else CONFIGURATION
         return judge_singular(answer, conditions, joints, self.domain, self.seed, part.rounding, noun)
 

@@ -101,7 +101,7 @@ class _ProblemMarking:
     `seeds` maps each part to the seed of the configurations at which its answer is compared. `differences` maps each
     part to the reason of its judgement before partial credit was given, and `earlier_mistakes` are the mistakes that
     explain the wrong answers so far. `attempt_parts` lists the parts whose answers are real attempts at this arm, and
-    `undecided_parts` those for which there was no time to decide whether the answer is one.
+    `undecided_parts` those for which there was no time to decide whether the answer is a real attempt.
     """
 
     problem: Problem

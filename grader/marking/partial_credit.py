@@ -148,7 +148,7 @@ def _replace_share(judgement: Judgement, share: Fraction) -> Judgement:
 
 
 def _credit_entries(answer: AnswerInContext, judgement: Judgement, share: Fraction) -> tuple[Judgement, Fraction]:
-    """Return the judgement on a matrix and its share, which are by columns if the assignment says so.
+    """Return the judgement on a matrix and its share, computed by columns if that is the assignment's rule.
 
     The share is 0 if all correct entries are constant and some entry of the reference varies.
     """
@@ -172,7 +172,8 @@ def _credit_entries(answer: AnswerInContext, judgement: Judgement, share: Fracti
 def _flag_varying_entries(answer: AnswerInContext) -> list[bool]:
     """Return for each entry of the reference whether it varies."""
     constants = answer.problem.constants
-    return [any(x.name not in constants for x in entry.free_symbols) for entry in answer.part.answer.as_matrix()]
+    entries = answer.part.answer.as_matrix()
+    return [any(symbol.name not in constants for symbol in entry.free_symbols) for entry in entries]
 
 
 # --- correct except for signs or a common factor ---
@@ -367,9 +368,8 @@ def _credit_except_signs(answer: AnswerInContext) -> EarnedShare | None:
     error = np.minimum(np.abs(numbers - expected_numbers), np.abs(numbers + expected_numbers))
     if not np.all(np.isfinite(numbers)) or np.all(np.abs(expected_numbers) <= tolerance) or np.any(error > tolerance):
         return None
-    share = compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
-    is_one = int((np.abs(numbers - expected_numbers) > tolerance).sum()) == 1
-    return EarnedShare(share, f"only {'one sign is' if is_one else 'signs are'} wrong")
+    is_single_sign = int((np.abs(numbers - expected_numbers) > tolerance).sum()) == 1
+    return EarnedShare(SHARE_WITH_WRONG_SIGNS, f"only {'one sign is' if is_single_sign else 'signs are'} wrong")
 
 
 # --- one known mistake ---
@@ -388,7 +388,7 @@ def _credit_one_mistake(answer: AnswerInContext, is_copied: IsCopied) -> EarnedS
 
 
 def _varies_as_expected(answer: AnswerInContext) -> bool:
-    """Return False if an answer is constant although the reference varies; a constant may match by chance."""
+    """Return whether an answer varies if its reference does; a constant may match a varying reference by chance."""
     if not answer.part.answer.is_symbolic or answer.parsed.table is not None:
         return True
     if not any(_flag_varying_entries(answer)) or answer.has_unknown_symbols:

@@ -1,6 +1,6 @@
 """Write reports on graded work, all based on the same results: one module for each format.
 
-The formats that other programs read are modules of their own, which `formats` lists. The others:
+Each format for other programs has its own module, which `formats` lists. All other modules:
 
     formats                         lists the formats that other programs read
     feedback_levels                 limit what a student sees about a wrong answer

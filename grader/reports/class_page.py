@@ -29,7 +29,7 @@ MIN_RELIABLE_CLASS = 30
 
 @dataclass(frozen=True)
 class GroupsOfPart:
-    """The groups of equal wrong answers to a part: those that the page shows, each with an answer, and the others."""
+    """The groups of equal wrong answers to a part. The page shows `groups`, each with an answer, but no others."""
 
     name: str
     groups: Sequence[tuple[class_summary.AnswerGroup, ShownAnswer]]

@@ -31,7 +31,7 @@ DEFAULT_LENGTHS = [sp.Rational(twentieths, 20) for twentieths in (12, 9, 7, 11, 
 MAX_RELATIVE_DISTANCE = 3.0
 """Maximum distance of a drawn point from the base, relative to P's; a farther point would make the arm too small."""
 MIN_REFERENCE_DISTANCE = 0.3
-"""Distance in m that stands for that of P from the base if P is nearer."""
+"""The distance of P from the base, in m, that is assumed for this limit if P is nearer."""
 MAX_ANSWER_LENGTH = 2_000
 """Maximum number of characters of an answer whose point is computed."""
 

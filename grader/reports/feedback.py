@@ -178,7 +178,7 @@ def _shorten_texts(part: PartOnPage, numbers: dict[str, str]) -> PartOnPage:
 
 
 def _omit_repeated_stops(notes: Sequence[str], parts: Sequence[PartOnPage]) -> list[str]:
-    """Return notes without those on cells that were stopped, if the page says this for each of these cells below."""
+    """Return the notes, without those on stopped cells if the parts below mention all of these stops."""
     stop_notes = [note for note in notes if re.fullmatch(r"qdot stopped cell \d+: [^;]*", note)]
     stopped_parts = [part for part in parts if part.reason.startswith("qdot stopped the cell with this answer")]
     return [note for note in notes if note not in stop_notes or len(stopped_parts) < len(stop_notes)]
@@ -225,10 +225,10 @@ def _show_problems(assignment: Assignment, student: Student, result: Result) -> 
     """Return the student's problems, each with its parts and their results, in the order of the page."""
     stored_problems, problems = load_stored_problems(assignment, student.id), list[ProblemOnPage]()
     for number, (slot, problem) in enumerate(stored_problems.problems, 1):
-        pieces, results = stored_problems.pieces_of(slot), result.problems[number - 1].parts
-        parts = show_parts(pieces, number, problem, results, assignment.feedback)
-        title, statement = f"Problem {number}: {problem.title}", _add_caption(pieces["statement"], problem)
-        problems.append(ProblemOnPage(f"problem-{number}", title, pieces["figure"], statement, parts))
+        stored_texts, results = stored_problems.pieces_of(slot), result.problems[number - 1].parts
+        parts = show_parts(stored_texts, number, problem, results, assignment.feedback)
+        title, statement = f"Problem {number}: {problem.title}", _add_caption(stored_texts["statement"], problem)
+        problems.append(ProblemOnPage(f"problem-{number}", title, stored_texts["figure"], statement, parts))
     return problems
 
 
@@ -242,11 +242,11 @@ def _add_caption(statement: str, problem: Problem) -> str:
 
 
 def show_parts(
-    pieces: Mapping[str, str], number: int, problem: Problem, results: Sequence[PartResult], feedback: str
+    stored_texts: Mapping[str, str], number: int, problem: Problem, results: Sequence[PartResult], feedback: str
 ) -> tuple[PartOnPage, ...]:
     """Return the parts of a problem with a number (from 1); their texts refer to other parts by number.
 
-    `pieces` are the stored texts and figures of the problem, as HTML.
+    `stored_texts` has the problem's texts and figures, as HTML.
     """
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
     parts = []
@@ -268,7 +268,7 @@ def show_parts(
             entry_states=_find_entry_states(problem, part, result) if is_wrong else None,
             followed_from=numbers.get(result.followed_from or ""), table=table,
             counterexample_figure=draw_example(problem, part, example, text) if table is not None and example else "",
-            prompt=pieces[f"{part.name} prompt"], figure=pieces[f"{part.name} figure"],
+            prompt=stored_texts[f"{part.name} prompt"], figure=stored_texts[f"{part.name} figure"],
             solution=to_html(write_solution(problem, part)) if feedback == "solutions" else None,
         )  # fmt: skip
         parts.append(part_on_page)

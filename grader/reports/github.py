@@ -82,7 +82,7 @@ class Annotation:
 
 
 def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
-    """Return workflow commands with annotations, one a line.
+    """Return workflow commands with annotations, one per line.
 
     For one student, there is an error for each part without points, and a warning for each partly correct part. For a
     class, there is an annotation for each student who has no mark or whose notebook could not be used.

@@ -7,7 +7,7 @@ grade/import/csv/classes/load_data.php, Brightspace's "Importing grades".
 """
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from qdot.exercises.assignment import gradebook
@@ -101,14 +101,11 @@ def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[
 
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], dict[str, CanvasStudent]]:
     """Return the header of the table, and the cells that identify its students, from the roster's columns."""
-    rows = {student.id: dict(student.other_cells) for student in roster}
-    known_names = {name for row in rows.values() for name, cell in row.items() if cell.strip()}
-    pairs = CANVAS_COLUMNS.items()
-    columns = {canvas_name: next((name for name in names if name in known_names), "") for canvas_name, names in pairs}
+    columns = _find_roster_columns(roster, CANVAS_COLUMNS)
     has_canvas_ids = any(columns[canvas_name] for canvas_name in ("ID", "SIS User ID", "SIS Login ID"))
     students = {}
     for student in roster:
-        row = rows[student.id]
+        row = dict(student.other_cells)
         identity = {canvas_name: row.get(name, "") for canvas_name, name in columns.items()}
         if not has_canvas_ids:
             identity["SIS Login ID"] = student.id
@@ -202,10 +199,8 @@ def make_brightspace_csv(assignment: Assignment, results: Sequence[Result]) -> s
     user names.
     """
     cells_by_student = {student.id: dict(student.other_cells) for student in assignment.roster}
-    known_names = {name for cells in cells_by_student.values() for name, cell in cells.items() if cell.strip()}
-    columns = {title: next((name for name in names if name in known_names), "") for title, names in
-               BRIGHTSPACE_COLUMNS.items()}  # fmt: skip
-    columns = {title: name for title, name in columns.items() if name}
+    all_columns = _find_roster_columns(assignment.roster, BRIGHTSPACE_COLUMNS)
+    columns = {title: name for title, name in all_columns.items() if name}
     rows = [[*(columns or ["Username"]), f"{_write_column_title(assignment)} Points Grade", "End-of-Line Indicator"]]
     for result in filter(is_marked, results):
         identity = [cells_by_student[result.student].get(name, "") for name in columns.values()] or [result.student]
@@ -214,6 +209,12 @@ def make_brightspace_csv(assignment: Assignment, results: Sequence[Result]) -> s
 
 
 # --- all ---
+
+
+def _find_roster_columns(roster: Sequence[Student], names_by_title: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Return the name of the roster's column for each title of a platform; "" if no student has such a cell."""
+    known_names = {name for student in roster for name, cell in student.other_cells if cell.strip()}
+    return {title: next((name for name in names if name in known_names), "") for title, names in names_by_title.items()}
 
 
 def _write_column_title(assignment: Assignment) -> str:

@@ -44,13 +44,9 @@ def write_reports(
     grades_path, lines_path, to_mark_path = folder / "grades.csv", results_path(assignment), folder / TO_MARK_FILE
     paths = [*(_find_page_path(folder, student) for student, _ in pairs), lines_path, grades_path, to_mark_path]
     page_results = map_in_order(
-        _write_or_mark_ungraded,
-        outdated_pairs,
-        jobs,
-        setup=return_state,
-        arguments=(assignment,),
+        _write_or_mark_ungraded, outdated_pairs, jobs, setup=return_state, arguments=(assignment,),
         result_if_lost=result_if_lost,
-    )
+    )  # fmt: skip
     with clean_up_after(paths):
         with contextlib.closing(page_results), sync_disks_after():
             for (student, _), result in zip(outdated_pairs, page_results, strict=True):

@@ -17,6 +17,8 @@ from qdot.grader.reports.part_rows import get_only_result, list_notes, make_part
 
 VISIBILITY = ("visible", "after_due_date", "after_published", "hidden")
 """Gradescope's words for when students see a test."""
+PASSED = "passed"
+"""The status of a test whose part has full points."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,7 @@ class GradescopeResults:
 
 def make_results_json(assignment: Assignment, results: Sequence[Result]) -> str:
     """Return results.json for the only student, with every test visible. Raises QdotError for several students."""
-    return make_gradescope_results(get_only_result(results, "gradescope"), assignment).text
+    return make_gradescope_results(get_only_result(results), assignment).text
 
 
 def make_gradescope_results(result: Result, assignment: Assignment, visibility: str = "visible") -> GradescopeResults:
@@ -73,7 +75,7 @@ def make_gradescope_results(result: Result, assignment: Assignment, visibility: 
     staff_data = StaffData(result.student, result.assignment, result.made_from, result.late, staff_notes)
     tests = tuple(
         PartTest(
-            row.title, row.part, row.points, row.max_points, "passed" if row.has_full_points else "failed",
+            row.title, row.part, row.points, row.max_points, PASSED if row.has_full_points else "failed",
             make_visible(row.description), "text", visibility,
         )
         for row in make_part_rows(result, assignment, assignment.feedback)

@@ -35,10 +35,9 @@ def write_junit_xml(assignment: Assignment, results: Sequence[Result]) -> str:
             test = ET.SubElement(suite, "testcase", {"classname": classname, "name": f"{row.part}: {row.title}"})
             if not row.has_full_points:
                 message = make_visible(f"{row.points_text} points, {row.description}")
-                kind = "error" if row.points is None else "failure"
-                ET.SubElement(
-                    test, kind, {"message": message[:MAX_ATTRIBUTE_LENGTH], "type": row.outcome}
-                ).text = message
+                tag = "error" if row.points is None else "failure"
+                attributes = {"message": message[:MAX_ATTRIBUTE_LENGTH], "type": row.outcome}
+                ET.SubElement(test, tag, attributes).text = message
     ET.indent(root, " ")
     return ET.tostring(root, encoding="unicode", xml_declaration=False) + "\n"
 

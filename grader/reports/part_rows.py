@@ -62,12 +62,12 @@ def make_part_rows(result: Result, assignment: Assignment, feedback: str = FEEDB
     return rows
 
 
-def get_only_result(results: Sequence[Result], report_format: str) -> Result:
+def get_only_result(results: Sequence[Result]) -> Result:
     """Return the only student's result. Raises QdotError if there are several students, or if a part has no mark."""
     if len(results) != 1:
-        raise QdotError(f"--report {report_format} contains only one student; add --student ID")
+        raise QdotError("--report gradescope contains only one student; add --student ID")
     if (status := find_work_status(results[0])) in UNMARKED_STATUSES:
-        raise QdotError(f"{results[0].student} has no mark for {report_format}: {REASONS_WITHOUT_MARK[status]}")
+        raise QdotError(f"{results[0].student} has no mark for gradescope: {REASONS_WITHOUT_MARK[status]}")
     return results[0]
 
 

@@ -122,7 +122,7 @@ class Run:
     earlier_values: dict[str, list[str]] = field(default_factory=dict)
     """All texts that an answer had during the run, in order."""
     replaced_symbols: dict[str, Replacement] = field(default_factory=dict)
-    """The replacements of symbols by numbers, by the variable; only those of symbols that an answer then lacks."""
+    """For each variable that was a symbol and became a number, the replacement, if an answer then lacks the symbol."""
 
     def describe_end(self, cell_name: str = "it") -> str:
         """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
@@ -182,8 +182,8 @@ class Sandbox:
 
     A `strict` sandbox refuses to run without the measures by which the kernel isolates a notebook. Tests can leave out
     `disabled_measures`. `processor_seconds` is the limit that the kernel enforces, by default that of `limits`. With
-    `load_libraries`, SymPy and NumPy are loaded before the fork, which a probe does not need. With `warm_up`, typical
-    operations fill SymPy's caches before the fork, which is of no use for a single notebook.
+    `load_libraries`, SymPy and NumPy are loaded before the fork; a probe does not need them. With `warm_up`, typical
+    operations fill SymPy's caches before the fork; this is of no use for a single notebook.
 
     `unavailable_measures` maps each measure that this machine does not allow to the reason. `not_started_reason` says
     why the last notebook was not run, if known.

@@ -9,15 +9,13 @@ from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.errors import QdotError
 
 WATCHED_FILES = ("assignment.toml", "roster.csv", "redrawn.csv", "secret.txt")
-
-
 logger = logging.getLogger("qdot.serve")
 
 
 class Assignments:
-    """The assignments in some folders, by key. While an edited file has an error, the version before it stays in use.
+    """The assignments in some folders, by key. While an edited file has an error, the previous version stays in use.
 
-    `errors` has the error of each folder that has one; `changes` counts how often files were read again.
+    `errors` maps folders to errors; `changes` counts how often files were read again.
     """
 
     def __init__(self, folders: Sequence[Path]) -> None:

@@ -23,7 +23,7 @@ def load_assignments() -> dict[str, Assignment]:
 
 
 def find_file_error(key: str) -> str:
-    """Return a sentence about an error in an assignment's files, so an older version is in use; "" if none has."""
+    """Return a sentence about an error in an assignment's files; "" if there is none."""
     error = _find_assignments().errors.get(load_assignments()[key].folder, "")
     return error and f"{error}. The last version without this error is in use."
 
@@ -39,19 +39,19 @@ def find_folder_class() -> Classroom:
 
 
 def update_folder_class() -> Classroom:
-    """Make the people of the folder's class those of roster.csv; former students stay, but can't sign in."""
+    """Update the people of the folder's class from roster.csv; former students stay, but can't sign in."""
     classroom = find_folder_class()
-    students = {student.id: student for a in load_assignments().values() for student in a.roster}
+    students = {student.id: student for item in load_assignments().values() for student in item.roster}
     people = {person.student_id: person for person in classroom.people.filter(role=Person.Role.STUDENT)}
     for identifier, student in students.items():
-        wanted: dict[str, Any] = {"name": student.name, "email": student.email, "is_active": True}
+        fields: dict[str, Any] = {"name": student.name, "email": student.email, "is_active": True}
         person = people.get(identifier)
         if person is None:
-            Person.objects.create(classroom=classroom, role=Person.Role.STUDENT, student_id=identifier, **wanted)
-        elif any(getattr(person, key) != value for key, value in wanted.items()):
-            Person.objects.filter(pk=person.pk).update(**wanted)
-    former = [person for identifier, person in people.items() if identifier not in students and person.is_active]
-    Person.objects.filter(pk__in=[person.pk for person in former]).update(is_active=False)
+            Person.objects.create(classroom=classroom, role=Person.Role.STUDENT, student_id=identifier, **fields)
+        elif any(getattr(person, key) != value for key, value in fields.items()):
+            Person.objects.filter(pk=person.pk).update(**fields)
+    former_keys = [person.pk for name, person in people.items() if name not in students and person.is_active]
+    Person.objects.filter(pk__in=former_keys).update(is_active=False)
     return classroom
 
 

@@ -1,4 +1,4 @@
-"""Answer a wrong request with one sentence and the right status, never with a traceback."""
+"""Answer invalid requests with one sentence and an HTTP status, never with a traceback."""
 
 import logging
 import sys
@@ -16,7 +16,7 @@ logger = logging.getLogger("qdot.serve")
 
 
 class Refused(Exception):
-    """A request that is refused: the status of HTTP, and a sentence for the person."""
+    """Raised to refuse a request, with the HTTP status and a sentence for the person."""
 
     def __init__(self, status: int, sentence: str) -> None:
         super().__init__(sentence)

@@ -1,4 +1,4 @@
-"""Write a class as a folder to which `qdot grade` gives the same marks, and read such a folder; back up and restore."""
+"""Write a class as a folder for `qdot grade`, which gives the same marks; read such a folder; back up and restore."""
 
 import io
 import os
@@ -118,7 +118,7 @@ def make_results_zip(classroom: Classroom, key: str) -> bytes:
 
 
 def _add_due_cell(student: Student) -> Student:
-    """Return a student whose column `due` contains the student's own due date, or the extension given online."""
+    """Return a student whose column `due` contains the due date that applies to the student."""
     cells = dict(student.other_cells) | {"due": student.due_date.isoformat() if student.due_date else ""}
     return replace(student, other_cells=tuple(cells.items()))
 

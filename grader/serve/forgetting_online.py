@@ -17,11 +17,12 @@ def find_people(name: str) -> list[Person]:
     Raises QdotError if several students have the name.
     """
     people = Person.objects.filter(role=Person.Role.STUDENT)
-    found = list(people.filter(student_id=name)) or list(people.filter(Q(name__iexact=name) | Q(email__iexact=name)))
-    identifiers = sorted({person.student_id for person in found})
+    has_name = Q(name__iexact=name) | Q(email__iexact=name)
+    matching_people = list(people.filter(student_id=name)) or list(people.filter(has_name))
+    identifiers = sorted({person.student_id for person in matching_people})
     if len(identifiers) > 1:
         raise QdotError(f"{name!r} fits {' and '.join(identifiers)} in the database; enter the identifier")
-    return found
+    return matching_people
 
 
 def describe_people(people: list[Person]) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""Read the session's key that a page in a frame without cookies sends, and pass it on with redirections."""
+"""Support pages in a frame without cookies: read the session's key that they send, and pass it on in redirections."""
 
 from collections.abc import Callable
 from urllib.parse import urlsplit
@@ -29,8 +29,8 @@ class FrameSessionMiddleware:
         form = request.POST.dict() if is_form else {}
         if key := request.headers.get("X-Session") or form.get("session"):
             needs_origin = request.method != "GET" or "Origin" in request.headers
-            is_other = request.COOKIES.get(settings.SESSION_COOKIE_NAME, key) != key
-            if is_other or (needs_origin and not is_own_page(request)):
+            has_other_session = request.COOKIES.get(settings.SESSION_COOKIE_NAME, key) != key
+            if has_other_session or (needs_origin and not is_own_page(request)):
                 return respond(request, Refused(401, SIGN_IN_ADVICE))
             begin_frame_session(request)
             request.COOKIES[settings.SESSION_COOKIE_NAME] = key

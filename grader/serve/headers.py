@@ -1,4 +1,4 @@
-"""Send headers with every response that tell the browser what a page may do."""
+"""Add headers to every response that restrict what a page may do in the browser."""
 
 from collections.abc import Callable, Iterable
 from typing import Any

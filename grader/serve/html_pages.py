@@ -1,4 +1,4 @@
-"""Render the pages of the service; the site's script shows their texts in the reader's language."""
+"""Render the pages of the service. The site's script then shows their texts in the reader's language."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""Mark typed answers, in a process that has loaded the assignments and SymPy; nothing here uses the database."""
+"""Mark typed answers in a process that has already loaded the assignments and SymPy, without the database."""
 
 import hashlib
 import html
@@ -37,7 +37,7 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class ClassOfAssignment:
-    """The assignment with a key, and the identifiers of the students of a class, whose answers may have been copied."""
+    """The key of an assignment, and the identifiers of a class's students, who may copy from each other."""
 
     key: str
     students: tuple[str, ...]
@@ -45,15 +45,15 @@ class ClassOfAssignment:
 
 @dataclass(frozen=True)
 class TypedAnswers:
-    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that need no new marking.
+    """A student's typed answers by part, as in "p1.jacobian", and the marks of problems that are not marked again.
 
-    `is_quick` says that marking stops after a short time.
+    If `is_quick`, marking stops after a short time.
     """
 
     class_of_assignment: ClassOfAssignment
     student: str
     answers: Mapping[str, str]
-    finished: Mapping[str, ProblemResult]
+    finished_problems: Mapping[str, ProblemResult]
     is_quick: bool = False
 
 
@@ -102,7 +102,7 @@ class Judge:
         return _remember(self._class_answers, key, lambda: ClassAnswers(assignment))
 
     def _warm_up(self, class_of_assignment: ClassOfAssignment) -> None:
-        """Load what marking needs, so that the first student needn't wait for it."""
+        """Load everything that marking needs, so that the first student does not have to wait."""
         assignment = self.load_assignment(class_of_assignment)
         for student in class_of_assignment.students[:1]:
             for slot, problem in self.load_problems(assignment, student).problems:
@@ -128,7 +128,7 @@ def _remember(memory: dict[Key, Value], key: Key, make: Callable[[], Value]) -> 
 
 
 def stay_busy(_: Judge, seconds: float) -> None:
-    """Wait, so that the pool starts another process for other work."""
+    """Keep this process busy, so that the pool starts another process for other work."""
     time.sleep(seconds)
 
 
@@ -144,53 +144,53 @@ QUICK_JUDGING, QUICK_DIAGNOSING = 3.0, 2.0
 """Seconds of processor time for answers that students wait for; most need less than one."""
 
 
-def mark_typed_answers(judge: Judge, typed: TypedAnswers) -> MarkedAnswers | None:
+def mark_typed_answers(judge: Judge, request: TypedAnswers) -> MarkedAnswers | None:
     """Return the marks of typed answers: those that `qdot grade` gives to the notebook with the same answers.
 
     The result is None if marking must be quick but takes too long.
     """
-    assignment = judge.load_assignment(typed.class_of_assignment)
+    assignment = judge.load_assignment(request.class_of_assignment)
     class_answers = judge.find_class_answers(assignment)
-    stored_problems, allowance = judge.load_problems(assignment, typed.student), TimeBudgets()
-    if typed.is_quick:
+    stored_problems, allowance = judge.load_problems(assignment, request.student), TimeBudgets()
+    if request.is_quick:
         allowance = TimeBudgets(Budget(QUICK_JUDGING), Budget(QUICK_DIAGNOSING))
     results = list[ProblemResult]()
     for slot, problem in stored_problems.problems:
-        if slot in typed.finished:
-            results.append(typed.finished[slot])
+        if slot in request.finished_problems:
+            results.append(request.finished_problems[slot])
             continue
         names = {part.name: f"{slot}.{part.name}" for part in problem.parts}
-        texts = {name: typed.answers[full_name] for name, full_name in names.items() if full_name in typed.answers}
+        texts = {name: request.answers[full_name] for name, full_name in names.items() if full_name in request.answers}
         reasons = {name: describe_unset(name_answer_variable(slot, name)) for name in names}
         rules = MarkingRules(assignment.follow_through, partial(class_answers.is_correct_for_another, problem, slot))
         verdicts = mark(problem, texts, reasons, secret=assignment.secret, rules=rules, allowance=allowance)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
-    if typed.is_quick and min(allowance.judging.remaining_seconds, allowance.diagnosing.remaining_seconds) <= 0:
+    if request.is_quick and min(allowance.judging.remaining_seconds, allowance.diagnosing.remaining_seconds) <= 0:
         return None
-    notebook = write_answers_notebook(assignment, typed.student, typed.answers)
+    notebook = write_answers_notebook(assignment, request.student, request.answers)
     marks = NotebookMarks(
         sha256=hashlib.sha256(notebook.encode()).hexdigest(),
-        made_from=make_marking_versions(assignment, typed.student), problems=tuple(results),
+        made_from=make_marking_versions(assignment, request.student), problems=tuple(results),
     )  # fmt: skip
-    return MarkedAnswers(marks, show_marks(assignment, stored_problems, marks, set(typed.finished)))
+    return MarkedAnswers(marks, show_marks(assignment, stored_problems, marks, set(request.finished_problems)))
 
 
 def limit_open_feedback(assignment: Assignment) -> Assignment:
-    """Return the assignment without feedback from which a student who may still submit could copy the right answer."""
+    """Return the assignment without feedback that shows right answers, for students who may still submit."""
     return replace(assignment, feedback=min(assignment.feedback, "counterexample", key=FEEDBACK.index))
 
 
 def show_marks(
     assignment: Assignment, stored_problems: StoredProblems, marks: NotebookMarks, omitted_slots: set[str]
 ) -> dict[str, ShownPart]:
-    """Return what the student's page shows of the marks, by part, at the level of feedback while it is open."""
+    """Return what the student's page shows of the marks, by part, while answers can still be submitted."""
     shown, level = dict[str, ShownPart](), limit_open_feedback(assignment).feedback
     for number, ((slot, problem), result) in enumerate(zip(stored_problems.problems, marks.problems, strict=True), 1):
         if slot in omitted_slots:
             continue
-        pieces = stored_problems.pieces_of(slot)
-        for part_on_page in show_parts(pieces, number, problem, result.parts, level):
+        stored_texts = stored_problems.pieces_of(slot)
+        for part_on_page in show_parts(stored_texts, number, problem, result.parts, level):
             part_result = part_on_page.result
             is_missing = part_result.outcome is Outcome.MISSING
             texts = [] if is_missing or part_result.outcome is Outcome.CORRECT else [part_on_page.reason]
@@ -214,7 +214,7 @@ def show_marks(
 
 
 def _is_refused(problem: Problem, part: PartResult) -> bool:
-    """Return whether a wrong answer was not compared, because it doesn't have the form that the question needs."""
+    """Return whether a wrong answer was refused when it was parsed, so it was not compared."""
     if part.outcome is not Outcome.WRONG or part.certificate is not None or part.answer is None:
         return False
     return read_answer(problem, problem[part.name], part.answer).refusal is not None
@@ -248,7 +248,7 @@ def write_answers_notebook(assignment: Assignment, student: str, answers: Mappin
 
 @dataclass(frozen=True)
 class StudentOfClass:
-    """A student of a class, for an assignment; `language` is that of the page."""
+    """A student of a class, for an assignment; `language` is the language of the page."""
 
     class_of_assignment: ClassOfAssignment
     student: str
@@ -257,24 +257,23 @@ class StudentOfClass:
 
 def release_problems(judge: Judge, request: StudentOfClass) -> ReleaseResult:
     """Generate, certify and store the problems of a student who has none yet, as `qdot generate` does."""
-    return release_notebooks_of_student(
-        ReleaseContext(judge.load_assignment(request.class_of_assignment), CERTIFIER), request.student
-    )
+    context = ReleaseContext(judge.load_assignment(request.class_of_assignment), CERTIFIER)
+    return release_notebooks_of_student(context, request.student)
 
 
-def has_arm_of(judge: Judge, requests: Sequence[StudentOfClass]) -> bool:
-    """Return whether an arm of one student is also an arm of another."""
-    first, second = (
+def have_common_arm(judge: Judge, requests: Sequence[StudentOfClass]) -> bool:
+    """Return whether two students have problems about the same arm."""
+    first_problems, second_problems = (
         judge.load_problems(judge.load_assignment(request.class_of_assignment), request.student).problems
         for request in requests
     )
-    return any(a.chain == b.chain for _, a in first for _, b in second)
+    return any(first.chain == second.chain for _, first in first_problems for _, second in second_problems)
 
 
 def make_problem_records(judge: Judge, request: StudentOfClass) -> list[dict[str, Any]]:
     """Return a student's problems as the page shows them: {"slot", "problem"}, without keys and solutions.
 
-    The id of a problem is that of its slot, because anybody can generate a problem again from its own id.
+    The id in a record is the slot's name. From the problem's id, anybody could generate the problem and its answers.
     """
     assignment = judge.load_assignment(request.class_of_assignment)
     problems = judge.load_problems(assignment, request.student).problems
@@ -294,8 +293,5 @@ def make_solutions(judge: Judge, request: StudentOfClass) -> dict[str, dict[str,
 
 def _write_solution(problem: Problem, part: Part) -> dict[str, str]:
     solution = write_html_with_latex(problem_texts.write_solution(problem, part))
-    return {
-        "title": question_of(part).title,
-        "solution": solution,
-        "typed": problem_texts.write_answer_code(problem, part),
-    }
+    typed_answer = problem_texts.write_answer_code(problem, part)
+    return {"title": question_of(part).title, "solution": solution, "typed": typed_answer}

@@ -1,7 +1,7 @@
 """Mark submissions: typed answers at once, in processes that are ready, and notebooks from a queue in the database.
 
-An answer that takes long to judge goes into the queue, too, so that it doesn't keep the others waiting. A submission
-that is not marked yet is marked later, so a killed process loses nothing; marking twice gives the same marks.
+An answer that takes long to judge goes into the queue, too, so that it doesn't keep the others waiting. If a process is
+killed, the submission is marked again later, which gives the same marks.
 """
 
 import logging
@@ -63,13 +63,13 @@ logger = logging.getLogger("qdot.serve")
 KILLED_REASON = "its process failed or was ended several times, perhaps because memory ran out"
 """Why a submission is ungraded if its grading failed, or killed its process, again and again."""
 ANSWER_SECONDS = 25.0
-"""For how many seconds a student's browser waits for a verdict; then the page asks again later."""
+"""Maximum number of seconds that a student's browser waits for a verdict; then the page asks again later."""
 TURN_SECONDS = 3.0
-"""For how many seconds an answer waits while an earlier one of the same student is judged; then it is queued."""
-FORGOTTEN_AFTER_SECONDS = 60.0
-"""After how many seconds a submission that is neither marked nor in the queue is queued again by `queue_forgotten`."""
+"""Maximum number of seconds that an answer waits for an earlier one of the same student; then it is queued."""
+UNMARKED_SECONDS = 60.0
+"""Number of seconds after which `queue_unmarked` queues a submission again that is neither marked nor in the queue."""
 MAX_FAILURES = 5
-"""How often the grading of one submission may kill its process, or fail."""
+"""Maximum number of times that grading a submission may fail or kill its process."""
 SLOW_PRIORITY = -5
 """The priority in the queue of typed answers that take long to judge; notebooks have 0, which is higher."""
 
@@ -83,7 +83,7 @@ class JudgePool:
         self._pool = self._open(jobs)
 
     def run(self, work: Callable[[Judge, Item], Result], item: Item) -> Result:
-        """Return `work(judge, item)`. Raises TimeoutError, or BrokenProcessPool if it kills two processes."""
+        """Return `work(judge, item)`. Raises TimeoutError, or BrokenProcessPool if the work kills two processes."""
         pool = self._pool
         try:
             return _wait(submit_to_pool(pool, work, item))
@@ -91,7 +91,7 @@ class JudgePool:
             with self._lock:
                 if pool is self._pool:
                     self._pool = self._open(self._jobs)
-        with self._open(1) as own_pool:  # again in a pool of its own, so that it can end no other work
+        with self._open(1) as own_pool:  # in a separate pool, the work can't end other work
             return _wait(submit_to_pool(own_pool, work, item))
 
     def warm_up(self) -> None:
@@ -106,7 +106,7 @@ class JudgePool:
 
 
 def _wait(future: Future[Result]) -> Result:
-    """Return the result of work; if that takes too long, the work is cancelled unless it has begun."""
+    """Return the result of work. Raises TimeoutError if it takes too long; work that has not begun is cancelled."""
     try:
         return future.result(ANSWER_SECONDS)
     except TimeoutError:
@@ -116,7 +116,7 @@ def _wait(future: Future[Result]) -> Result:
 
 @cache
 def get_judge_pool() -> JudgePool:
-    """Return the judges of this service, which are started with the first call."""
+    """Return the judges of this service; the first call starts their processes."""
     return JudgePool(find_options().folders, find_options().jobs)
 
 
@@ -124,26 +124,26 @@ def get_judge_pool() -> JudgePool:
 
 
 def mark_answers(submission: Submission) -> None:
-    """Mark typed answers at once, or put them into the queue if they take long or kill their process."""
+    """Mark typed answers at once, or queue them if marking takes long or kills its process."""
     try:
         with _wait_for_turn(submission.person.pk):
-            marked = _mark_typed(submission, get_judge_pool().run, is_quick=True)
+            marks_and_page = _mark_typed(submission, get_judge_pool().run, is_quick=True)
     except (TimeoutError, BrokenProcessPool):
-        marked = None
-    if marked is None:
+        marks_and_page = None
+    if marks_and_page is None:
         grade_submission.using(priority=SLOW_PRIORITY).enqueue(submission.pk)
     else:
-        _store_marks(submission, *marked)
+        _store_marks(submission, *marks_and_page)
 
 
-def mark_practice(person: Person, typed: TypedAnswers) -> MarkedAnswers:
-    """Return the marks of answers that are not stored. Raises Refused if this takes long."""
-    marked: MarkedAnswers | None = None
+def mark_practice(person: Person, typed_answers: TypedAnswers) -> MarkedAnswers:
+    """Return the marks of answers for practice, which are not stored. Raises Refused if marking takes long."""
+    marked_answers: MarkedAnswers | None = None
     with suppress(TimeoutError, BrokenProcessPool), _wait_for_turn(person.pk):
-        marked = get_judge_pool().run(mark_typed_answers, typed)
-    if marked is None:
+        marked_answers = get_judge_pool().run(mark_typed_answers, typed_answers)
+    if marked_answers is None:
         raise Refused(409, "It takes too long to judge this answer. Try a shorter one.")
-    return marked
+    return marked_answers
 
 
 _turns, _people_in_turn = threading.Condition(), set[int]()
@@ -171,17 +171,17 @@ def _mark_typed(submission: Submission, run: Callable[..., Any], *, is_quick: bo
     """
     assignment = load_class_assignment(submission.person.classroom, submission.assignment)
     answers, student = submission.answers or {}, submission.person.student_id
-    finished, shown = _find_unchanged(submission, assignment)
-    typed = TypedAnswers(describe_class(assignment), student, answers, finished, is_quick)
-    marked: MarkedAnswers | None = run(mark_typed_answers, typed)
-    return None if marked is None else (marked.marks, shown | to_jsonable(marked.shown))
+    finished_problems, shown = _find_unchanged(submission, assignment)
+    typed_answers = TypedAnswers(describe_class(assignment), student, answers, finished_problems, is_quick)
+    marked_answers: MarkedAnswers | None = run(mark_typed_answers, typed_answers)
+    return None if marked_answers is None else (marked_answers.marks, shown | to_jsonable(marked_answers.shown))
 
 
 def _find_unchanged(submission: Submission, assignment: Assignment) -> tuple[dict[str, ProblemResult], dict[str, Any]]:
     """Return the marks, by slot, of problems unchanged since the previous submission, and what is shown of them."""
-    earlier = Submission.objects.filter(person=submission.person, assignment=submission.assignment)
-    earlier = earlier.filter(answers__isnull=False, marks__isnull=False, pk__lt=submission.pk)
-    previous = earlier.order_by("-pk").first()
+    earlier_submissions = Submission.objects.filter(person=submission.person, assignment=submission.assignment)
+    earlier_submissions = earlier_submissions.filter(answers__isnull=False, marks__isnull=False, pk__lt=submission.pk)
+    previous = earlier_submissions.order_by("-pk").first()
     if previous is None:
         return {}, {}
     marks = load_marks([previous.pk])[previous.pk]
@@ -190,8 +190,8 @@ def _find_unchanged(submission: Submission, assignment: Assignment) -> tuple[dic
     old_answers, new_answers, shown = previous.answers or {}, submission.answers or {}, previous.shown or {}
     changed = {part for part in {*old_answers, *new_answers} if old_answers.get(part) != new_answers.get(part)}
     changed_slots = {part.partition(".")[0] for part in changed}
-    finished = {problem.slot: problem for problem in marks.problems if problem.slot not in changed_slots}
-    return finished, {name: text for name, text in shown.items() if name.partition(".")[0] in finished}
+    problems = {problem.slot: problem for problem in marks.problems if problem.slot not in changed_slots}
+    return problems, {name: shown_part for name, shown_part in shown.items() if name.partition(".")[0] in problems}
 
 
 def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, Any]) -> None:
@@ -201,20 +201,18 @@ def _store_marks(submission: Submission, marks: NotebookMarks, shown: dict[str, 
         update_scores(submission.person, submission.assignment)
 
 
-def queue_forgotten() -> None:
-    """Queue what was stored a while ago but isn't marked, because a process was killed or the database failed.
+def queue_unmarked() -> None:
+    """Queue submissions again that are still unmarked, because a process was killed or the database failed.
 
-    A submission on which this has failed several times stays ungraded.
+    A submission whose grading has failed several times stays ungraded.
     """
-    moment = timezone.now() - timedelta(seconds=FORGOTTEN_AFTER_SECONDS)
-    submission_ids = Submission.objects.filter(state=Submission.State.WAITING, received__lt=moment).values_list(
-        "pk", flat=True
-    )
-    if waiting := set(submission_ids):
+    moment = timezone.now() - timedelta(seconds=UNMARKED_SECONDS)
+    unmarked = Submission.objects.filter(state=Submission.State.WAITING, received__lt=moment)
+    if waiting_ids := set(unmarked.values_list("pk", flat=True)):
         tasks = DBTaskResult.objects.filter(task_path=grade_submission.module_path)
         failures = Counter(row.args_kwargs["args"][0] for row in tasks.failed())
-        queued = {row.args_kwargs["args"][0] for row in tasks.exclude(status__in=("FAILED", "SUCCESSFUL"))}
-        for number in sorted(waiting - queued):
+        queued_ids = {row.args_kwargs["args"][0] for row in tasks.exclude(status__in=("FAILED", "SUCCESSFUL"))}
+        for number in sorted(waiting_ids - queued_ids):
             if failures[number] < MAX_FAILURES:
                 grade_submission.enqueue(number)
             else:
@@ -227,7 +225,7 @@ def queue_forgotten() -> None:
 def load_problem_records(owner: object, assignment: Assignment, student_id: str, language: str) -> list[dict[str, Any]]:
     """Return the problems of a student as the page shows them. They are generated for a student who has none yet.
 
-    `owner` identifies the person or the set for practice; no other has the same.
+    `owner` is unique to the person, or to the practice set.
     """
     digest, pages = assignment.notebook_digest_of(student_id), caches["pages"]
     key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{owner}"
@@ -256,7 +254,7 @@ def release_if_needed(assignment: Assignment, student: str) -> None:
         raise Refused(503, "qdot found no valid problem for you. Tell your instructor.")
 
 
-# --- in the process that works off the queue ---
+# --- in the process for the queue ---
 
 
 @cache
@@ -289,15 +287,15 @@ def grade_submission(submission_id: int) -> None:
     """Grade a submission as `qdot grade` does."""
     submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
     if submission is None or submission.state == Submission.State.MARKED:
-        return  # the student has been forgotten meanwhile, or it was in the queue twice
+        return  # the student was removed in the meantime, or the submission was in the queue twice
     if submission.answers is None:
         marks, shown = _grade_file(submission)
         _store_marks(submission, marks, shown)
         answered = list_notebook_answers(submission)
         drafts = Draft.objects.filter(person=submission.person, assignment=submission.assignment, part__in=answered)
         drafts.filter(saved__lt=submission.received).delete()  # the page shows what is in the notebook
-    elif marked := _mark_typed(submission, lambda work, item: work(_find_own_judge(), item), is_quick=False):
-        _store_marks(submission, *marked)
+    elif marks_and_page := _mark_typed(submission, lambda work, item: work(_find_own_judge(), item), is_quick=False):
+        _store_marks(submission, *marks_and_page)
 
 
 def _grade_file(submission: Submission) -> MarksAndPage:
@@ -322,10 +320,10 @@ def mark_again(submission_id: int) -> None:
         marks, shown = _grade_file(submission)
     else:
         assignment = load_class_assignment(submission.person.classroom, submission.assignment)
-        typed = TypedAnswers(describe_class(assignment), submission.person.student_id, submission.answers, {})
-        if (marked := mark_typed_answers(_find_own_judge(), typed)) is None:
+        typed_answers = TypedAnswers(describe_class(assignment), submission.person.student_id, submission.answers, {})
+        if (marked_answers := mark_typed_answers(_find_own_judge(), typed_answers)) is None:
             return
-        marks, shown = marked.marks, to_jsonable(marked.shown)
+        marks, shown = marked_answers.marks, to_jsonable(marked_answers.shown)
     Submission.objects.filter(pk=submission_id).update(remarked={"marks": to_jsonable(marks), "shown": shown})
 
 
@@ -343,7 +341,7 @@ def give_up(task_path: str, submission_id: int) -> None:
 
 
 def run_periodically(work: Callable[[], None], seconds: float) -> threading.Thread:
-    """Call `work` every few seconds in a thread of its own; an error is logged and doesn't end it."""
+    """Call `work` every few seconds in a new thread. Errors are logged and don't end the thread."""
 
     def loop() -> None:
         while True:
@@ -364,5 +362,5 @@ def count_waiting_before(submission: Submission) -> int | None:
     """Return how many notebooks are waiting before this one; None if it isn't waiting."""
     if submission.state != Submission.State.WAITING:
         return None
-    waiting = Submission.objects.filter(state=Submission.State.WAITING, answers__isnull=True, pk__lt=submission.pk)
-    return waiting.count()
+    notebooks = Submission.objects.filter(state=Submission.State.WAITING, answers__isnull=True)
+    return notebooks.filter(pk__lt=submission.pk).count()

@@ -1,8 +1,7 @@
 """The tables of `qdot serve`. Times have a time zone; points are on the scale of the assignment.
 
-A class is one course of a learning platform, or the roster of the folder if students come by personal links. Nobody can
-see another class. Everything that a student submits is a row of `Submission`, which is never changed or removed, except
-for the marks, which can be computed again.
+A class is one course of a learning platform, or the roster of the folder if students use personal links. Nobody can see
+another class. Each submission is a row of `Submission`. Only its marks ever change, when they are computed again.
 """
 
 import datetime
@@ -82,14 +81,15 @@ class Extension(models.Model):
 class Submission(models.Model):
     """What a student submitted with one press of a button: one typed answer, or a notebook.
 
-    `request_id` is chosen by the browser, so that a request that arrives twice is stored once. For typed answers,
-    `answers` maps the names of parts, such as "p1.jacobian", to the texts of *all* of the student's answers up to then:
-    like a notebook, the row has all of the student's work. `changed_part` is the part that was submitted. `marks` is a
-    NotebookMarks (grader/grading/result.py) as JSON; `shown` maps each part to what the student sees of its marks
-    (`judge_process.ShownPart`); both are None until the work is marked. `remarked` has new marks until the staff
-    accepts them; it is {} while the work is being marked again. `points` is the sum of the marks before late penalties.
-    `obstacle` is the reason why the work couldn't be graded. `received` is in whole seconds, like the time of a file
-    that `qdot grade` reads.
+    The browser chooses `request_id`, so that a request that arrives twice is stored once. For typed answers, `answers`
+    maps the names of parts, such as "p1.jacobian", to *all* of the student's answers so far, because each submission
+    has all of the student's work, as a notebook does. `changed_part` is the part that was submitted.
+
+    `marks` is a NotebookMarks (grader/grading/result.py) as JSON. `shown` maps each part to what the student sees of
+    its marks (`judge_process.ShownPart`). Both are None until the work is marked. `remarked` has new marks until the
+    staff accepts them; it is {} while the work is being marked again. `points` is the sum of the marks before late
+    penalties. `obstacle` is the reason why the work couldn't be graded. `received` is in whole seconds, like the time
+    of a file that `qdot grade` reads.
     """
 
     class State(models.TextChoices):
@@ -164,14 +164,12 @@ class PointsOverride(models.Model):
 
 
 class ScoreDelivery(models.Model):
-    """The score that a platform's gradebook should show for a student. It is stored with the marks.
+    """The score that a platform's gradebook should show for a student, with one row per student and column.
 
-    qdot sends it until the platform confirms it.
-
-    One row per student and column of the gradebook. `next_try` is None once the platform has confirmed the score,
-    or if it refuses the score; then `last_error` says why.
-    `timestamp` increases by a second or more with each change: platforms refuse a score that isn't newer than theirs,
-    and some of them compare whole seconds.
+    A row is stored together with the marks, and qdot sends it until the platform confirms it. `next_try` is None once
+    the platform has confirmed or refused the score; `last_error` has the reason for a refusal. `timestamp` increases
+    by a second or more with each change, because platforms refuse a score that isn't newer than theirs, and some of
+    them compare whole seconds.
     """
 
     person = models.ForeignKey(Person, on_delete=models.CASCADE, related_name="deliveries")

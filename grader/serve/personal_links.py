@@ -15,7 +15,7 @@ from qdot.grader.serve.sign_in import compute_digest
 
 COLUMNS = ("student", "name", "email", "link")
 PATH = "/in/"
-"""What is between the address of the service and the token of a link."""
+"""The path of a personal link, between the address of the service and the token."""
 
 
 class WrittenLinks(NamedTuple):
@@ -42,8 +42,8 @@ def write_links(
     """Write the table: a link that the table has and that still works stays; people without any get a new link.
 
     `needs_new(person, is_known)` says who else gets a new link; `is_known` is whether the table has the person's link.
-    All links begin with `url`; if that is "", with the address in the earlier table or, without one, with that of the
-    service. Links are stored only if the table could be written. Raises QdotError.
+    All links begin with `url`; by default, with the address in the earlier table, or else with the service's address.
+    Links are stored only if the table could be written. Raises QdotError.
     """
     old_links = [link.rpartition(PATH) for link in _read_links(path)] if path.exists() else []
     tokens = {compute_digest(token): token for _, _, token in old_links}

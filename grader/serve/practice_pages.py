@@ -1,7 +1,7 @@
 """Offer problems of the same kind for practice, which students try as often as they like; no mark is stored.
 
-A set of problems is what the assignment gives to a student with an identifier that nobody has. So sets are certified,
-and the same for all students. Answers stay in memory until the student takes another set, at most for a day.
+A set consists of the assignment's problems for an identifier that no student has. So sets are certified, and the same
+for all students. Answers stay in memory until the student opens another set, and for a day at most.
 """
 
 from dataclasses import replace
@@ -18,7 +18,7 @@ from qdot.exercises.common.json_form import to_jsonable
 from qdot.grader.grading.final_result import GradedNotebook, compute_final_result
 from qdot.grader.serve.class_list import describe_class
 from qdot.grader.serve.errors import NO_PAGE, Refused
-from qdot.grader.serve.judge_process import StudentOfClass, TypedAnswers, has_arm_of
+from qdot.grader.serve.judge_process import StudentOfClass, TypedAnswers, have_common_arm
 from qdot.grader.serve.marking_online import get_judge_pool, load_problem_records, mark_practice, release_if_needed
 from qdot.grader.serve.models import Person
 from qdot.grader.serve.rates import check_rate
@@ -29,7 +29,7 @@ from qdot.grader.serve.student_pages import (
     DRAFTS_PER_MINUTE,
     Work,
     describe_part,
-    describe_result,
+    describe_total,
     find_language,
     find_work,
     read_answer_text,
@@ -56,16 +56,16 @@ def find_practice(person: Person, key: str, number: int) -> Work:
 
 
 def _has_own_arm(work: Work, practice: Work) -> bool:
-    """Return whether a set would reveal to a student whether an answer to a problem that counts is right."""
+    """Return whether a set has an arm of the student's own problems, so that practice would reveal right answers."""
     name = f"practice-{work.assignment.notebook_digest_of(work.student.id)}-{work.person.pk}-{practice.student.id}"
-    if (known := cache.get(name)) is not None:
-        return bool(known)
+    if (cached_result := cache.get(name)) is not None:
+        return bool(cached_result)
     check_rate("practice set", work.person.pk, NEW_SETS_PER_MINUTE)
     release_if_needed(work.assignment, work.student.id)
     release_if_needed(practice.assignment, practice.student.id)
     students = (work.student.id, practice.student.id)
     requests = [StudentOfClass(describe_class(practice.assignment), student) for student in students]
-    result = get_judge_pool().run(has_arm_of, requests)
+    result = get_judge_pool().run(have_common_arm, requests)
     cache.set(name, result, None)
     return result
 
@@ -73,16 +73,16 @@ def _has_own_arm(work: Work, practice: Work) -> bool:
 @require_GET
 @for_everybody
 def show_practice_page(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
-    """Show a set of problems, or the way to the next one if it has an arm of the student."""
+    """Show a set of problems, or redirect to the next set if this one has an arm of the student's own problems."""
     for step in range(SETS_TRIED):
-        usable = (number + step - 1) % SETS + 1
+        candidate_number = (number + step - 1) % SETS + 1
         try:
-            work = find_practice(person, key, usable)
+            work = find_practice(person, key, candidate_number)
         except Refused as error:
             if error.status != 409 or step == SETS_TRIED - 1:
                 raise
         else:
-            return HttpResponseRedirect(f"../{usable}/") if step else show_page(request, work)
+            return HttpResponseRedirect(f"../{candidate_number}/") if step else show_page(request, work)
     raise Refused(404, NO_PAGE)
 
 
@@ -119,7 +119,7 @@ def _describe_state(work: Work, state: dict[str, Any]) -> dict[str, Any]:
     marks = state["marks"] or make_empty_marks(work.assignment, work.student.id)
     result = compute_final_result(work.assignment, work.student, [GradedNotebook("practice", marks=marks)])
     results = {name: describe_part(part, state["shown"].get(name)) for name, part in result.parts.items()}
-    return {**describe_result(work, result, []), "results": results}
+    return {**describe_total(work, result, []), "results": results}
 
 
 @require_POST
@@ -130,14 +130,14 @@ def post_practice(request: HttpRequest, person: Person, key: str, number: int) -
     part, text = read_answer_text(content, work.assignment)
     check_rate("answer", person.pk, ANSWERS_PER_MINUTE)
     state, slot = _load_state(work), part.partition(".")[0]
-    finished = {problem.slot: problem for problem in state["marks"].problems} if state["marks"] else {}
-    finished.pop(slot, None)
+    finished_problems = {problem.slot: problem for problem in state["marks"].problems} if state["marks"] else {}
+    finished_problems.pop(slot, None)
     answers = {**state["answers"], part: text}
-    marked = mark_practice(
-        person, TypedAnswers(describe_class(work.assignment), work.student.id, answers, finished, is_quick=True)
-    )
-    shown = {name: shown for name, shown in state["shown"].items() if name.partition(".")[0] != slot}
-    state |= {"answers": answers, "marks": marked.marks, "shown": shown | to_jsonable(marked.shown)}
+    class_of_assignment = describe_class(work.assignment)
+    typed_answers = TypedAnswers(class_of_assignment, work.student.id, answers, finished_problems, is_quick=True)
+    marked_answers = mark_practice(person, typed_answers)
+    shown = {name: value for name, value in state["shown"].items() if name.partition(".")[0] != slot}
+    state |= {"answers": answers, "marks": marked_answers.marks, "shown": shown | to_jsonable(marked_answers.shown)}
     state["drafts"].pop(part, None)
     _store_state(work, state)
     return JsonResponse({"submission": 0, "state": "marked", **_describe_state(work, state)})
@@ -146,7 +146,7 @@ def post_practice(request: HttpRequest, person: Person, key: str, number: int) -
 @require_http_methods(["PUT"])
 @for_everybody
 def put_practice_draft(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
-    """Keep a text that isn't submitted yet."""
+    """Store a text that isn't submitted yet."""
     content, work = read_json(request), find_practice(person, key, number)
     check_rate("draft", person.pk, DRAFTS_PER_MINUTE)
     part, text = read_answer_text(content, work.assignment, is_draft=True)

@@ -1,4 +1,4 @@
-"""The process that works off the queue of notebooks. Django's tables are imported only after it is configured."""
+"""The process that grades the notebooks in the queue. It imports Django's tables only after configuring Django."""
 
 import multiprocessing
 import os
@@ -12,7 +12,7 @@ from qdot.grader.serve.errors import report_failed
 from qdot.grader.serve.settings import ServiceOptions, configure
 
 
-def work_off_queue(options: ServiceOptions, name: str) -> None:
+def process_queue(options: ServiceOptions, name: str) -> None:
     """Grade the notebooks in the queue, one after the other, until the service ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     configure(options)

@@ -13,11 +13,11 @@ _lock = threading.Lock()
 _times: dict[tuple[str, str], deque[float]] = defaultdict(deque)
 
 
-def check_rate(action: str, who: object, limit: int) -> None:
-    """Count an action. Raises Refused if `who` has done it more than `limit` times within a minute."""
+def check_rate(action: str, actor: object, limit: int) -> None:
+    """Count an action of a person or address. Raises Refused after more than `limit` such actions within a minute."""
     now = time.monotonic()
     with _lock:
-        times = _times[action, str(who)]
+        times = _times[action, str(actor)]
         while times and times[0] < now - SECONDS:
             times.popleft()
         if len(times) >= limit:

@@ -1,4 +1,4 @@
-"""Mark a class again after a change of the assignment or of qdot; the staff sees the changes before they count."""
+"""Mark a class again after a change of the assignment or of qdot. The staff must accept the changed marks."""
 
 import hashlib
 import json
@@ -54,7 +54,7 @@ def count_outdated(assignment: Assignment, results: Sequence[Result]) -> int:
 
 
 def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regrading:
-    """Begin to mark the outdated submissions again, or return the progress and what changes."""
+    """Begin to mark the outdated submissions again. In later calls, return the progress, then the changed marks."""
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key, remarked__isnull=False)
     if not rows.exists():
         with transaction.atomic():

@@ -4,6 +4,7 @@ import json
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import PurePath
 
 from qdot.exercises.assignment.assignment import Assignment, Student
@@ -22,7 +23,7 @@ NOTHING_SUBMITTED = "nothing was submitted"
 
 
 def list_submissions(person: Person, key: str) -> list[Submission]:
-    """Return what a student has submitted, the newest first, without `LARGE_FIELDS`."""
+    """Return a student's submissions, the newest first, without `LARGE_FIELDS`."""
     submissions = Submission.objects.filter(person=person, assignment=key).defer(*LARGE_FIELDS)
     return list(submissions.order_by("-received", "-id"))
 
@@ -30,15 +31,16 @@ def list_submissions(person: Person, key: str) -> list[Submission]:
 def select_attempts(assignment: Assignment, submissions: Sequence[Submission]) -> tuple[list[Submission], set[int]]:
     """Return the submissions that determine the attempts, in the order received, and the ids of those that count.
 
-    `submissions` begin with the newest. For each attempt, the first, at which its time begins, and the last are
-    returned.
+    `submissions` begin with the newest. An attempt is determined by its first submission, at which its time begins, and
+    by its last.
     """
     if not submissions:
         return [], set()
     times, policy = [submission.received for submission in submissions], assignment.attempt_policy
     counting = policy.select_counting_indices(times)
-    first = [attempt[0] for attempt in policy.group_attempts(times)] if policy.best_of is not None else []
-    first = [i for i in first if times[i] not in {times[k] for k in counting}]
+    counting_times = {times[i] for i in counting}
+    attempts = policy.group_attempts(times) if policy.best_of is not None else []
+    first = {attempt[0] for attempt in attempts if times[attempt[0]] not in counting_times}
     return [submissions[i] for i in sorted({*first, *counting}, reverse=True)], {submissions[i].pk for i in counting}
 
 
@@ -48,9 +50,9 @@ def select_marked(assignment: Assignment, submissions: Sequence[Submission]) -> 
 
 
 def load_marks(numbers: Iterable[int], uses_new_marks: bool = False) -> dict[int, NotebookMarks]:
-    """Return the marks of submissions; if `uses_new_marks`, those of a second marking if there is one."""
+    """Return the marks of submissions. If `uses_new_marks`, the marks of a second marking replace the first ones."""
     rows = Submission.objects.filter(pk__in=list(numbers)).values_list("pk", "marks", "remarked")
-    all_marks = {pk: new["marks"] if uses_new_marks and new else marks for pk, marks, new in rows}
+    all_marks = {pk: new_marks["marks"] if uses_new_marks and new_marks else marks for pk, marks, new_marks in rows}
     return {pk: parse_dataclass(NotebookMarks, json.dumps(marks)) for pk, marks in all_marks.items() if marks}
 
 
@@ -74,11 +76,11 @@ def compute_result(
     assignment: Assignment, student: Student, submissions: Sequence[Submission], overrides: Overrides
 ) -> Result:
     """Return a student's result; `submissions` begin with the newest. Those that are not marked yet are left out."""
-    (result,) = _compute(assignment, [student], {student.id: submissions}, overrides)
+    (result,) = _compute_results(assignment, [student], {student.id: submissions}, overrides)
     return result
 
 
-def _compute(
+def _compute_results(
     assignment: Assignment, students: Iterable[Student], submissions: Mapping[str, Sequence[Submission]],
     overrides: Overrides, uses_new_marks: bool = False,
 ) -> list[Result]:  # fmt: skip
@@ -99,16 +101,9 @@ def _compute(
 def make_empty_marks(assignment: Assignment, student: str) -> NotebookMarks:
     """Return the marks of a student who has submitted nothing."""
     marks = mark_ungraded(assignment, student, None, NOTHING_SUBMITTED)
-    problems = [
-        replace(
-            problem,
-            parts=tuple(
-                replace(part, outcome=Outcome.MISSING, points=0.0, reason=NOTHING_SUBMITTED) for part in problem.parts
-            ),
-        )
-        for problem in marks.problems
-    ]
-    return replace(marks, obstacle=NOTHING_SUBMITTED, staff_notes=(), problems=tuple(problems))
+    make_missing = partial(replace, outcome=Outcome.MISSING, points=0.0, reason=NOTHING_SUBMITTED)
+    problems = tuple(replace(problem, parts=tuple(map(make_missing, problem.parts))) for problem in marks.problems)
+    return replace(marks, obstacle=NOTHING_SUBMITTED, staff_notes=(), problems=problems)
 
 
 def load_overrides(classroom: Classroom, key: str) -> Overrides:
@@ -125,7 +120,7 @@ def load_overrides(classroom: Classroom, key: str) -> Overrides:
 
 
 def load_submissions(assignment: Assignment, classroom: Classroom) -> dict[str, list[Submission]]:
-    """Return what each student of a class has submitted, the newest first."""
+    """Return the submissions of each student of a class, the newest first."""
     by_student: dict[str, list[Submission]] = defaultdict(list)
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key)
     for submission in rows.defer(*LARGE_FIELDS).select_related("person").order_by("-received", "-id"):
@@ -136,7 +131,7 @@ def load_submissions(assignment: Assignment, classroom: Classroom) -> dict[str, 
 def compute_results(assignment: Assignment, classroom: Classroom, uses_new_marks: bool = False) -> list[Result]:
     """Return the results of a class in the order of the roster."""
     submissions, overrides = load_submissions(assignment, classroom), load_overrides(classroom, assignment.key)
-    return _compute(assignment, assignment.roster, submissions, overrides, uses_new_marks)
+    return _compute_results(assignment, assignment.roster, submissions, overrides, uses_new_marks)
 
 
 def load_result(person: Person, assignment: Assignment, student: Student) -> Result:

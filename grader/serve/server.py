@@ -1,4 +1,4 @@
-"""Run the service: the web server, the processes that judge, and the process that works off the queue of notebooks."""
+"""Run the service: the web server, the processes that judge, and the process for the queue of notebooks."""
 
 import logging
 import multiprocessing
@@ -21,15 +21,15 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import lock
 from qdot.grader.serve.headers import partition_cookies
 from qdot.grader.serve.html_pages import load_assets
-from qdot.grader.serve.lti.outbox import work_off_outbox
+from qdot.grader.serve.lti.outbox import process_outbox
 from qdot.grader.serve.marking_online import (
     MAX_FAILURES,
     get_judge_pool,
     give_up,
-    queue_forgotten,
+    queue_unmarked,
     run_periodically,
 )
-from qdot.grader.serve.queue_process import work_off_queue
+from qdot.grader.serve.queue_process import process_queue
 from qdot.grader.serve.settings import ServiceOptions, find_options
 
 THREADS, MAX_CONNECTIONS, IDLE_SECONDS = 32, 800, 30
@@ -51,15 +51,15 @@ def prepare_database() -> None:
 
 @contextmanager
 def claim_database() -> Iterator[Callable[[], None]]:
-    """Return a context in which no other process may serve from the database or replace it. Raises QdotError.
+    """Keep other processes from serving from the database, or replacing it, during the block. Raises QdotError.
 
-    The system ends the claim with this process, even if it is killed. PostgreSQL ends it when it is restarted; the
-    yielded function then claims the database again, or ends this service if another one was faster.
+    The claim ends with this process, even if the process is killed. It also ends if PostgreSQL restarts. The yielded
+    function then claims the database again, or ends this service if another one was faster.
     """
     if connection.vendor == "postgresql":
         with closing(connections.create_connection(DEFAULT_DB_ALIAS)) as own_connection:
             own_connection.inc_thread_sharing()
-            _claim(own_connection)
+            _claim_postgresql(own_connection)
             yield partial(_claim_again, own_connection)
         return
     with (find_options().online_folder / CLAIM_FILE).open("w") as file:
@@ -70,7 +70,7 @@ def claim_database() -> Iterator[Callable[[], None]]:
         yield lambda: None
 
 
-def _claim(own_connection: Any) -> None:
+def _claim_postgresql(own_connection: Any) -> None:
     with own_connection.cursor() as cursor:
         cursor.execute("SELECT pg_try_advisory_lock(%s)", [CLAIM_NUMBER])
         if cursor.fetchone() != (True,):
@@ -82,7 +82,7 @@ def _claim_again(own_connection: Any) -> None:
         return
     own_connection.close()
     try:
-        _claim(own_connection)
+        _claim_postgresql(own_connection)
     except QdotError as error:
         logger.error("%s; this one ends", error)
         os.kill(os.getpid(), signal.SIGINT)
@@ -101,9 +101,9 @@ def run_service(
     queue = QueueProcess(options)
     queue.start()
     run_periodically(keep_claim, SECONDS_BETWEEN_CHECKS)
-    run_periodically(queue_forgotten, SECONDS_BETWEEN_CHECKS)
+    run_periodically(queue_unmarked, SECONDS_BETWEEN_CHECKS)
     run_periodically(queue.watch, SECONDS_BETWEEN_CHECKS)
-    run_periodically(work_off_outbox, 1.0)
+    run_periodically(process_outbox, 1.0)
     try:
         server = open_server(get_wsgi_application(), options.url, host, port)
     except OSError as error:
@@ -131,19 +131,19 @@ def open_server(application: Any, url: str, host: str, port: int) -> Any:
 
 
 class QueueProcess:
-    """The process that works off the queue of notebooks; it is started again when it dies."""
+    """The process that grades the notebooks in the queue; it is started again when it dies."""
 
     def __init__(self, options: ServiceOptions) -> None:
         self._options, self._is_stopped, self._name = options, False, ""
         self._process: multiprocessing.process.BaseProcess | None = None
 
     def start(self) -> None:
-        """Put what a killed process left back into the queue, and start a new process."""
+        """Put the tasks of a killed process back into the queue, and start a new process."""
         reclaim_tasks()
         connections.close_all()
         self._name = uuid.uuid4().hex
         context = multiprocessing.get_context("spawn")
-        self._process = context.Process(target=work_off_queue, args=(self._options, self._name), daemon=True)
+        self._process = context.Process(target=process_queue, args=(self._options, self._name), daemon=True)
         self._process.start()
 
     def watch(self) -> None:
@@ -161,7 +161,7 @@ class QueueProcess:
 
 
 def reclaim_tasks() -> None:
-    """Put tasks whose process was killed back into the queue; one whose process was killed often is given up."""
+    """Put tasks whose process was killed back into the queue, unless this has happened too often."""
     for row in DBTaskResult.objects.running():
         with transaction.atomic():
             if len(row.worker_ids) >= MAX_FAILURES:

@@ -44,7 +44,7 @@ def find_person(request: HttpRequest) -> Person:
     return person
 
 
-def allow(*roles: str) -> Callable[[View], View]:
+def allow_roles(*roles: str) -> Callable[[View], View]:
     """Return a decorator for a view that gets the person as its second argument, if the person has one of the roles."""
 
     def decorate(view: View) -> View:
@@ -60,11 +60,11 @@ def allow(*roles: str) -> Callable[[View], View]:
     return decorate
 
 
-for_staff = allow(Person.Role.STAFF)
-for_everybody = allow(Person.Role.STAFF, Person.Role.STUDENT)
+for_staff = allow_roles(Person.Role.STAFF)
+for_everybody = allow_roles(Person.Role.STAFF, Person.Role.STUDENT)
 
 
-def enter(request: HttpRequest, token: str) -> HttpResponse:
+def sign_in_by_link(request: HttpRequest, token: str) -> HttpResponse:
     """Sign in the person with this personal link."""
     _refuse_if_embedded(request)
     person = Person.objects.filter(link_digest=compute_digest(token), is_active=True).first()
@@ -82,7 +82,7 @@ def _refuse_if_embedded(request: HttpRequest) -> None:
         raise Refused(403, "Open this link in a tab of its own.")
 
 
-def leave(request: HttpRequest) -> HttpResponse:
+def sign_out(request: HttpRequest) -> HttpResponse:
     """Sign the person out in this browser."""
     _refuse_if_embedded(request)
     request.session.flush()

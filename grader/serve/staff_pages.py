@@ -1,4 +1,4 @@
-"""The addresses that the page of the staff calls: the class, its mistakes, and decisions by people."""
+"""The views behind the page of the staff: the class, its mistakes, and points set by people."""
 
 import datetime
 from typing import Any
@@ -66,7 +66,7 @@ def show_class_page(request: HttpRequest, person: Person, key: str) -> HttpRespo
 @require_GET
 @for_staff
 def get_results(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Return the results of the class; nothing if they haven't changed since a version."""
+    """Return the results of the class; status 204 if they haven't changed since the version `since`."""
     assignment = load_class_assignment(person.classroom, key)
     version = find_version(person.classroom, key)
     if request.GET.get("since") == version:
@@ -79,10 +79,8 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
     """Return the results of a class as its page reads them."""
     people = {person.student_id: person for person in classroom.people.all()}
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key).values("person_id")
-    spans = {
-        row["person_id"]: (row["begun"], row["last"])
-        for row in rows.annotate(begun=Min("received"), last=Max("received"))
-    }
+    times = rows.annotate(begun=Min("received"), last=Max("received"))
+    spans = {row["person_id"]: (row["begun"], row["last"]) for row in times}
     due_dates = {s.id: assignment.due_date_of(s) for s in assignment.roster if s.due_date is not None}
     students, to_mark = list[dict[str, Any]](), list[dict[str, Any]]()
     for result in results:
@@ -171,8 +169,8 @@ def get_student(request: HttpRequest, person: Person, key: str, number: int) -> 
     student = find_student_of(person, number)
     work = find_work(student, key)
     content = describe_work(work, find_language(request))
-    who = StudentOfClass(describe_class(work.assignment), student.student_id)
-    content["solutions"] = get_judge_pool().run(make_solutions, who)
+    request_for_student = StudentOfClass(describe_class(work.assignment), student.student_id)
+    content["solutions"] = get_judge_pool().run(make_solutions, request_for_student)
     return JsonResponse(content)
 
 
@@ -193,9 +191,8 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
         part = group.partition("/")[0]
     if part != TOTAL_PART:
         check_part(part, assignment)
-    if points is not None and not (
-        isinstance(points, (int, float)) and not isinstance(points, bool) and 0 <= points <= max_points[part]
-    ):
+    is_number = isinstance(points, (int, float)) and not isinstance(points, bool)
+    if points is not None and not (is_number and 0 <= points <= max_points[part]):
         raise Refused(400, f"Enter points from 0 to {max_points[part]:g}.")
     if len(comment) > MAX_COMMENT_CHARACTERS:
         raise Refused(400, f"A comment has at most {MAX_COMMENT_CHARACTERS:,} characters.")
@@ -206,7 +203,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     if not affected:
         raise Refused(404, "There is no such group of equal answers.")
     target = find_title(assignment, part) if part else "the total"
-    who = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
+    subject = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
     with transaction.atomic():
         rows = PointsOverride.objects.filter(
             classroom=person.classroom, assignment=key, person=student, group=group, part=part, answer=answer
@@ -224,7 +221,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
             change = ", ".join([*changes, *([f"comment “{comment}”"] if comment else [])])
         else:
             change = "no points by hand any more"
-        record_action(person, f"{who}: {change}")
+        record_action(person, f"{subject}: {change}")
         for affected_student in affected:
             update_scores(affected_student, key)
     return JsonResponse({})
@@ -240,7 +237,7 @@ def _find_people_of_group(classroom: Classroom, assignment: Assignment, group: s
 @require_POST
 @for_staff
 def post_extension(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Set the due date of one student, or the assignment's again."""
+    """Set the due date of one student, or remove the student's extension."""
     content = read_json(request)
     assignment = load_class_assignment(person.classroom, key)
     student, due = find_student_of(person, content.get("student")), content.get("due")
@@ -260,7 +257,7 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
 
 
 def read_due_date(text: object) -> datetime.datetime:
-    """Return the due date that a text gives. Raises Refused, also for an implausible year."""
+    """Parse a due date. Raises Refused, also for an implausible year."""
     try:
         due_date = parse_time(str(text))
     except QdotError:
@@ -273,7 +270,7 @@ def read_due_date(text: object) -> datetime.datetime:
 @require_POST
 @for_staff
 def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Mark outdated submissions again, and return the changes; with the token of these changes, make them count."""
+    """Mark outdated submissions again, and return the changed marks. With the token of these changes, accept them."""
     content, assignment = read_json(request), load_class_assignment(person.classroom, key)
     if error := find_file_error(key):
         raise Refused(409, error)
@@ -287,7 +284,7 @@ def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse
 @require_POST
 @for_staff
 def post_scores(_: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Send the scores again that the platform has refused."""
+    """Resend the scores that the platform has refused."""
     load_class_assignment(person.classroom, key)
     with transaction.atomic():
         count = find_refused(person.classroom, key).update(next_try=timezone.now(), tries=0, last_error="")

@@ -1,4 +1,4 @@
-"""The addresses that a student's page calls."""
+"""The views behind a student's page."""
 
 import datetime
 import json
@@ -86,7 +86,7 @@ def read_json(request: HttpRequest) -> dict[str, Any]:
 
 @require_GET
 def show_home(request: HttpRequest) -> HttpResponse:
-    """Show the assignments of the person who is signed in; open a single one at once. Otherwise show how to get in."""
+    """Show the assignments of the person who is signed in, or open the only one. Tell others how to sign in."""
     try:
         person = find_person(request)
     except Refused:
@@ -155,13 +155,13 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
         "problems": load_problem_records(person.pk, assignment, person.student_id, language),
         "answers": find_answers(submissions), "drafts": dict(drafts.values_list("part", "text")),
-        **describe_result(work, result, received), "results": describe_results(work, result, submissions),
+        **describe_total(work, result, received), "results": describe_parts(work, result, submissions),
         "submissions": [describe_submission(submission) for submission in submissions],
     }  # fmt: skip
 
 
-def describe_result(work: Work, result: Result, received: list[datetime.datetime]) -> dict[str, Any]:
-    """Return what the page shows of the whole result; `received` are the times of all submissions."""
+def describe_total(work: Work, result: Result, received: list[datetime.datetime]) -> dict[str, Any]:
+    """Return what the page shows of the total; `received` are the times of all submissions."""
     notes = [*describe_decisions(result), *map(capitalize, result.notes)]
     return {
         "notes": list(map(end_sentence, notes)), "is_late": result.late is not None,
@@ -170,16 +170,18 @@ def describe_result(work: Work, result: Result, received: list[datetime.datetime
     }  # fmt: skip
 
 
-def describe_results(work: Work, result: Result, submissions: list[Submission]) -> dict[str, Any]:
-    """Return what the page shows of each part: the marks, and what explains them."""
+def describe_parts(work: Work, result: Result, submissions: list[Submission]) -> dict[str, Any]:
+    """Return what the page shows of each part: its marks, and their explanation."""
     received = result.submission.received if result.submission else None
-    marked = [submission for submission in submissions if submission.state == Submission.State.MARKED]
+    marked = (submission for submission in submissions if submission.state == Submission.State.MARKED)
     counting = next((submission for submission in marked if submission.received.isoformat() == received), None)
     shown = {} if counting is None else Submission.objects.values_list("shown", flat=True).get(pk=counting.pk) or {}
     tries = work.assignment.attempt_policy.tries
-    tried = {} if tries is None else find_tried_texts(work.person, work.assignment.key)
-    left = {} if tries is None else {name: max(0, tries - len(tried.get(name, ()))) for name in result.parts}
-    return {name: describe_part(part, shown.get(name), left.get(name)) for name, part in result.parts.items()}
+    tries_left = dict[str, int]()
+    if tries is not None:
+        tried_texts = find_tried_texts(work.person, work.assignment.key)
+        tries_left = {name: max(0, tries - len(tried_texts.get(name, ()))) for name in result.parts}
+    return {name: describe_part(part, shown.get(name), tries_left.get(name)) for name, part in result.parts.items()}
 
 
 EMPTY_EXPLANATION: dict[str, Any] = {
@@ -220,11 +222,11 @@ def post_answer(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     submissions = list_submissions(person, key)
     result = compute_result(work.assignment, work.student, submissions, load_overrides(person.classroom, key))
     slot = part.partition(".")[0]
-    results = describe_results(work, result, submissions)
+    results = describe_parts(work, result, submissions)
     return JsonResponse({
         "submission": submission.pk, "state": submission.state,
-        "results": {name: shown for name, shown in results.items() if name.startswith(f"{slot}.")},
-        **describe_result(work, result, [s.received for s in submissions]),
+        "results": {name: value for name, value in results.items() if name.startswith(f"{slot}.")},
+        **describe_total(work, result, [s.received for s in submissions]),
     })  # fmt: skip
 
 
@@ -256,9 +258,8 @@ def post_notebook(request: HttpRequest, person: Person, key: str) -> HttpRespons
     if file is None or isinstance(file, list):
         raise Refused(400, "Choose a file.")
     check_rate("notebook", person.pk, NOTEBOOKS_PER_MINUTE)
-    submission = submit_notebook(
-        work.assignment, work.student, person, request_id, Path(file.name or "").name, file.read()
-    )
+    name, content = Path(file.name or "").name, file.read()
+    submission = submit_notebook(work.assignment, work.student, person, request_id, name, content)
     return JsonResponse({"submission": submission.pk, "place": count_waiting_before(submission)}, status=202)
 
 
@@ -272,7 +273,7 @@ def get_submission(request: HttpRequest, person: Person, key: str, number: int) 
         raise Refused(404, NO_PAGE)
     submissions = list_submissions(person, key)
     result = compute_result(work.assignment, work.student, submissions, load_overrides(person.classroom, key))
-    return JsonResponse({**describe_submission(submission), "results": describe_results(work, result, submissions)})
+    return JsonResponse({**describe_submission(submission), "results": describe_parts(work, result, submissions)})
 
 
 # --- files ---
@@ -294,7 +295,7 @@ def get_notebook(request: HttpRequest, person: Person, key: str) -> HttpResponse
 @require_GET
 @for_everybody
 def get_feedback(request: HttpRequest, person: Person, key: str) -> HttpResponse:
-    """Return the page of feedback that `qdot grade` writes; correct values only if nothing more can be submitted."""
+    """Return the feedback page of `qdot grade`, with correct values only if nothing more can be submitted."""
     work = find_work(person, key)
     received = [submission.received for submission in list_submissions(person, key)]
     is_closed = explain_closed(work.assignment, work.student, received, timezone.now().replace(microsecond=0))

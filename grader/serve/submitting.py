@@ -1,4 +1,4 @@
-"""Store what a student submits, once for each press of a button, before anything is answered."""
+"""Store what a student submits, before the request is answered. A request that arrives twice is stored once."""
 
 import re
 import uuid
@@ -20,7 +20,7 @@ from qdot.grader.marking.marking import map_max_points
 from qdot.grader.serve.errors import Refused
 from qdot.grader.serve.models import Draft, Person, Submission
 from qdot.grader.serve.scores import list_notebook_answers, list_submissions
-from qdot.grader.submissions.submission import explain_useless
+from qdot.grader.submissions.submission import explain_refused_upload
 
 MAX_ANSWER_CHARACTERS = 20_000
 UNSTORABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]")
@@ -28,14 +28,14 @@ UNSTORABLE = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff]")
 MAX_NOTEBOOK_BYTES, MAX_STORED_BYTES = 20_000_000, 200_000_000
 """The maximum size of a notebook, and of all notebooks of a student together."""
 MAX_WAITING, MAX_SUBMISSIONS = 5, 1_000
-"""How many submissions of a student may wait to be marked, and how many a student may make of one assignment."""
+"""Maximum number of a student's submissions that wait to be marked, and of all submissions to one assignment."""
 NOTEBOOK_ENDINGS = (".ipynb", ".zip", ".py", ".md", ".txt", ".json", ".tar", ".tgz", ".gz")
 
 
 class AttemptsState(NamedTuple):
-    """How many attempts are left, None if any number counts, and sentences that say why; "" if there is no limit.
+    """The number of attempts that are left (None for no limit), and the rule in words ("" for no limit).
 
-    `tries` is how many answers each question takes; None if it takes any number.
+    `tries` is the maximum number of answers to each question; None for no limit.
     """
 
     left: int | None
@@ -70,14 +70,14 @@ def explain_closed(assignment: Assignment, student: Student, received: list[date
 
 
 def find_tried_texts(person: Person, key: str) -> dict[str, set[str]]:
-    """Return the answers to each part that used up a try: those that were judged, or will be."""
-    tried = defaultdict[str, set[str]](set)
+    """Return the answers to each part that count as tries, because they were judged or will be."""
+    tried_texts = defaultdict[str, set[str]](set)
     rows = Submission.objects.filter(person=person, assignment=key).exclude(changed_part="")
     for part, answers, state, shown in rows.values_list("changed_part", "answers", "state", "shown"):
         shown_part = (shown or {}).get(part)
         if state == Submission.State.WAITING or (shown_part and shown_part.get("costs_try", True)):
-            tried[part].add((answers or {}).get(part, ""))
-    return tried
+            tried_texts[part].add((answers or {}).get(part, ""))
+    return tried_texts
 
 
 def check_part(part: str, assignment: Assignment) -> None:
@@ -89,7 +89,7 @@ def check_part(part: str, assignment: Assignment) -> None:
 
 
 def check_text(part: str, text: object, assignment: Assignment) -> str:
-    """Return the text of an answer, in the form in which it is stored. Raises Refused."""
+    """Check the text of an answer, and return it as it is stored. Raises Refused."""
     check_part(part, assignment)
     if not isinstance(text, str):
         raise Refused(400, "An answer must be a text.")
@@ -101,7 +101,7 @@ def check_text(part: str, text: object, assignment: Assignment) -> str:
 
 
 def parse_request_id(text: object) -> uuid.UUID:
-    """Return the number that the browser has chosen for a press of a button. Raises Refused."""
+    """Parse the identifier that the browser has chosen for a request. Raises Refused."""
     try:
         return uuid.UUID(str(text))
     except ValueError:
@@ -113,44 +113,45 @@ def submit_answer(
 ) -> tuple[Submission, bool]:
     """Store an answer together with all earlier ones, and return the row and whether it is new. Raises Refused.
 
-    `answers` has one part, the one that is submitted.
+    `answers` has only the part that is submitted.
     """
     with transaction.atomic():
         Person.objects.select_for_update().get(pk=person.pk)  # one submission after the other
-        if (known := person.submissions.filter(request_id=request_id).first()) is not None:
-            return known, False
-        earlier = list_submissions(person, assignment.key)
-        _check_open(assignment, student, earlier)
-        if earlier and not earlier[0].changed_part and earlier[0].state == Submission.State.WAITING:
+        if (stored_submission := person.submissions.filter(request_id=request_id).first()) is not None:
+            return stored_submission, False
+        earlier_submissions = list_submissions(person, assignment.key)
+        _check_open(assignment, student, earlier_submissions)
+        latest = earlier_submissions[0] if earlier_submissions else None
+        if latest is not None and not latest.changed_part and latest.state == Submission.State.WAITING:
             raise Refused(409, "Your notebook is still being graded. Submit your answer again after that.")
-        merged = {part: text for part, text in {**find_answers(earlier), **answers}.items() if text}
+        all_answers = {part: text for part, text in {**find_answers(earlier_submissions), **answers}.items() if text}
         ((part, text),) = answers.items()
         if (tries := assignment.attempt_policy.tries) is not None:
-            tried = find_tried_texts(person, assignment.key)[part]
-            if text not in tried and len(tried) >= tries:
+            tried_texts = find_tried_texts(person, assignment.key)[part]
+            if text not in tried_texts and len(tried_texts) >= tries:
                 raise Refused(409, f"You have used all tries of this question ({tries}).")
         submission = Submission.objects.create(
-            person=person, assignment=assignment.key, request_id=request_id, answers=merged, changed_part=part
+            person=person, assignment=assignment.key, request_id=request_id, answers=all_answers, changed_part=part
         )
         Draft.objects.filter(person=person, assignment=assignment.key, part=part).delete()
     return submission, True
 
 
-def _check_open(assignment: Assignment, student: Student, earlier: list[Submission]) -> None:
+def _check_open(assignment: Assignment, student: Student, earlier_submissions: list[Submission]) -> None:
     """Raise Refused if nothing more can be submitted, or not now."""
-    if sum(submission.state == Submission.State.WAITING for submission in earlier) >= MAX_WAITING:
+    if sum(submission.state == Submission.State.WAITING for submission in earlier_submissions) >= MAX_WAITING:
         raise Refused(429, "Some of what you submitted is still being graded. Try again after that.")
-    if len(earlier) >= MAX_SUBMISSIONS:
+    if len(earlier_submissions) >= MAX_SUBMISSIONS:
         raise Refused(409, f"You have submitted {MAX_SUBMISSIONS:,} times; qdot accepts no more.")
-    now = timezone.now().replace(microsecond=0)
-    if sentence := explain_closed(assignment, student, [submission.received for submission in earlier], now):
+    now, received = timezone.now().replace(microsecond=0), [submission.received for submission in earlier_submissions]
+    if sentence := explain_closed(assignment, student, received, now):
         raise Refused(409, sentence)
 
 
 def find_answers(submissions: list[Submission]) -> dict[str, str]:
-    """Return a student's current answers, to which the next is added; `submissions` begin with the newest.
+    """Return a student's current answers by part; `submissions` begin with the newest.
 
-    They are those of the latest submission, except for a notebook that is not graded yet or could not be.
+    These are the answers of the latest submission, except for notebooks that are not graded yet or could not be graded.
     """
     latest = next((s for s in submissions if s.changed_part or (s.state == s.State.MARKED and not s.obstacle)), None)
     if latest is None:
@@ -170,18 +171,17 @@ def submit_notebook(
         raise Refused(415, "Submit the notebook itself, a file that ends in .ipynb, or a zip that contains it.")
     if assignment.attempt_policy.tries is not None:
         raise Refused(409, "Type your answers on the page: the number of tries is limited, so no notebook is accepted.")
-    if reason := explain_useless(read_upload(person, assignment, name, content), assignment, student.id):
+    if reason := explain_refused_upload(read_upload(person, assignment, name, content), assignment, student.id):
         raise Refused(415, f"This file was not submitted: {reason}. Nothing has changed.")
     with transaction.atomic():
         Person.objects.select_for_update().get(pk=person.pk)
-        if (known := person.submissions.filter(request_id=request_id).first()) is not None:
-            return known
+        if (stored_submission := person.submissions.filter(request_id=request_id).first()) is not None:
+            return stored_submission
         _check_open(assignment, student, list_submissions(person, assignment.key))
-        stored = person.submissions.aggregate(size=Sum(Length("content")))["size"] or 0
-        if stored + len(content) > MAX_STORED_BYTES:
-            raise Refused(
-                413, f"Your notebooks have more than {MAX_STORED_BYTES // 1_000_000} MB; clear their outputs."
-            )
+        stored_bytes = person.submissions.aggregate(size=Sum(Length("content")))["size"] or 0
+        if stored_bytes + len(content) > MAX_STORED_BYTES:
+            size = f"{MAX_STORED_BYTES // 1_000_000} MB"
+            raise Refused(413, f"Your notebooks have more than {size}; clear their outputs.")
         submission = Submission.objects.create(
             person=person, assignment=assignment.key, request_id=request_id, file_name=name[-255:], content=content
         )
@@ -191,6 +191,5 @@ def submit_notebook(
 
 def save_draft(person: Person, key: str, part: str, text: str) -> None:
     """Store a text that a student has typed but not submitted."""
-    Draft.objects.update_or_create(
-        person=person, assignment=key, part=part, defaults={"text": text, "saved": timezone.now()}
-    )
+    values = {"text": text, "saved": timezone.now()}
+    Draft.objects.update_or_create(person=person, assignment=key, part=part, defaults=values)

@@ -16,8 +16,8 @@ register_converter(KeyConverter, "key")
 
 urlpatterns = [
     path("", student_pages.show_home),
-    path("in/<str:token>", sign_in.enter),
-    path("out", sign_in.leave),
+    path("in/<str:token>", sign_in.sign_in_by_link),
+    path("out", sign_in.sign_out),
     path("lti/", include("qdot.grader.serve.lti.urls")),
     path("a/<key:key>/", student_pages.show_work_page),
     path("a/<key:key>/work", student_pages.get_work),

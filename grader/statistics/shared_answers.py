@@ -45,9 +45,8 @@ def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, s
 
 def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
     """Return the line on a slot, given the digests of each student by part; "" if few students share an answer."""
-    questions_by_sharing: dict[
-        tuple[int, bool], list[str]
-    ] = {}  # by the number of students, and if all share one answer
+    # The keys are the number of students who share an answer, and whether all of them share the same one.
+    questions_by_sharing: dict[tuple[int, bool], list[str]] = {}
     for question in slot.questions:
         if question in slot.text_questions:  # there is no reference answer to share
             continue

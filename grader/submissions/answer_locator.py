@@ -1,8 +1,8 @@
 """Locate the answer to each part in a notebook, by the variable's name and by the answer cell's metadata.
 
 An answer cell is a cell whose metadata name a part. The value of the part's variable at the end of the notebook counts,
-because students who run all cells see the same value. If another value is used to save an answer, a note for the
-student says so. In notes, cells are numbered from the top, including text cells.
+because students who run all cells see the same value. If that value is missing or blank, qdot may use another one and
+tells the student in a note. In notes, cells are numbered from the top, including text cells.
 """
 
 import ast
@@ -128,7 +128,7 @@ class _Notebook:
     """A notebook's cells, with the source that is run for each code cell, and the names that this source sets.
 
     `names` maps each part to its variable. `sources` and `bound_names` have the sources and the names by the index of
-    the cell. `notes` describe changes of the sources, made to save answers.
+    the cell. `notes` tell the student how the sources were changed to find an answer.
     """
 
     def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
@@ -182,10 +182,14 @@ class _Notebook:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
         answer_names, start = list(self.names.values()), name[:2].casefold()
         other_names = sorted(set().union(*self.bound_names.values()) - set(answer_names))
-        names = [other for other in other_names if abs(len(other) - len(name)) < 3 and other[:2].casefold() == start]
+        candidates = [
+            candidate for candidate in other_names
+            if abs(len(candidate) - len(name)) < 3 and candidate[:2].casefold() == start
+        ]  # fmt: skip
         # The cutoff allows about one wrong letter in eight.
         find_similar = functools.partial(difflib.get_close_matches, possibilities=answer_names, n=1, cutoff=0.87)
-        similar_names = [other for other in names[:MAX_SEARCHED_CANDIDATES] if find_similar(other.casefold()) == [name]]
+        candidates = candidates[:MAX_SEARCHED_CANDIDATES]
+        similar_names = [candidate for candidate in candidates if find_similar(candidate.casefold()) == [name]]
         if len(similar_names) != 1:
             return
         (similar_name,) = similar_names
@@ -353,7 +357,7 @@ def _use_second_run(answers: Answers, name: str, setters: Sequence[int], second_
 
 
 def _use_words_of_cell(answers: Answers, part: str, name: str, notebook: _Notebook) -> None:
-    """Use the text after `name =` in the last cell that Python can't run, or a whole answer cell that lacks this."""
+    """Use the words in the last cell that Python can't run: the text after `name =`, or else the whole answer cell."""
     marked_cells = notebook.find_marked_cells(part)
     for index in sorted({*notebook.find_setters(name), *marked_cells}, reverse=True):
         is_run = index in notebook.sources and index not in answers.run.cell_errors
@@ -424,8 +428,8 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
 def _describe_replacement(name: str, index: int, value: str) -> str:
     """Return a note that a number, which a cell assigned to a symbol, replaced the symbol in answers."""
     name, value = make_printable(name), make_printable(value)
-    problem = f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers"
-    return f"{problem}. Use .subs to insert a value, and {name} = symbols('{name}') to restore the symbol"
+    effect = f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers"
+    return f"{effect}. Use .subs to insert a value, and {name} = symbols('{name}') to restore the symbol"
 
 
 def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
@@ -474,9 +478,9 @@ def _read_line(notebook: _Notebook, index: int, line_number: int) -> str:
 
 
 def _find_first_stop(notebook: _Notebook, stop_notes: Mapping[int, str]) -> list[str]:
-    """Return the note on the first cell that stopped if this cell is above all answers, which may depend on it.
+    """Return a list with the note on the first cell that stopped if this cell is above all answers; else an empty list.
 
-    The note is in a list, which is empty otherwise. `stop_notes` are the notes by the index of the cell.
+    The answers may depend on such a cell. `stop_notes` are the notes by the index of the cell.
     """
     first_answer = min((index for index, names in notebook.bound_names.items() if names), default=len(notebook.cells))
     return [stop_notes[index] for index in sorted(stop_notes) if index < first_answer][:1]
@@ -493,15 +497,14 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_n
         if error.startswith(OVERTIME_ERRORS):
             advice = ". Look for an endless loop or a slow calculation" if error.startswith(OVERTIME_ERRORS[0]) else ""
             return f"qdot stopped the cell with this answer: {error}{advice}"
-        line = (
-            _read_line(notebook, stopped_cell, run.stop_lines[stopped_cell]) if stopped_cell in run.stop_lines else ""
-        )
+        line_number = run.stop_lines.get(stopped_cell)
+        line = "" if line_number is None else _read_line(notebook, stopped_cell, line_number)
         cause = _describe_missing_import(notebook, stopped_cell, run)
         if not cause:
             errors_above = {
-                k: f"{_name_cells([k])} {_describe_error(k, run)}" if k in run.cell_errors else note
-                for k, note in stop_notes.items()
-                if k < stopped_cell
+                index: f"{_name_cells([index])} {_describe_error(index, run)}" if index in run.cell_errors else note
+                for index, note in stop_notes.items()
+                if index < stopped_cell
             }
             cause = _explain_unquoted_letter(name, line, error) or _find_cause(error, notebook, errors_above)
         sentences = [f"the cell with this answer {_describe_error(stopped_cell, run)}"]

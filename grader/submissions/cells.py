@@ -151,9 +151,9 @@ def _read_within_limits(name: str, label: str, data: bytes) -> Content:
 
 def _parse_content(name: str, label: str, data: bytes) -> Content:
     """Return the content of a file of any size. Raises Unreadable."""
-    for first_bytes, kind in OTHER_FILE_TYPES:
+    for first_bytes, file_type in OTHER_FILE_TYPES:
         if data.startswith(first_bytes):
-            raise Unreadable(f"{label} is {kind}, not a notebook; {NOTEBOOK_ADVICE}")
+            raise Unreadable(f"{label} is {file_type}, not a notebook; {NOTEBOOK_ADVICE}")
     text = _decode(label, data)
     suffix = PurePath(name).suffix.lower()
     if text.lstrip()[:1] == "{":
@@ -253,9 +253,9 @@ _PYTHON_FENCE = re.compile(r"\{?\s*(\{code-cell\}|code-cell|ipython3?|python3?|p
 """Matches the text after a fence that begins a block of Python code."""
 
 
-def _make_text_content(cells: Iterator[Cell], kind: str) -> Content:
-    """Return the content of a file that is not a notebook but of this kind, with a note that says so."""
-    return Content(tuple(islice(cells, MAX_CELLS + 1)), {}, f"it is {kind}, which qdot converted to a notebook")
+def _make_text_content(cells: Iterator[Cell], file_type: str) -> Content:
+    """Return the content of a script or a Markdown file, with a note on its conversion."""
+    return Content(tuple(islice(cells, MAX_CELLS + 1)), {}, f"it is {file_type}, which qdot converted to a notebook")
 
 
 def _find_part(text: str) -> str | None:

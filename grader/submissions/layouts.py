@@ -69,9 +69,9 @@ def _recognise_moodle(_: Path, entries: Sequence[Path]) -> list[SubmittedPath]:
     Before Moodle 4.1, the folder's name ends with an underscore. If names are hidden, NAME is "Participant", and NUMBER
     is in the grading worksheet's column Identifier.
     """
-    numbered_paths = [(path, match["number"], match["name"]) for path, match in _match_names(_MOODLE, entries)]
     return [
-        SubmittedPath(path, (number, f"Participant {number}"), name, "Moodle") for path, number, name in numbered_paths
+        SubmittedPath(path, (match["number"], f"Participant {match['number']}"), match["name"], "Moodle")
+        for path, match in _match_names(_MOODLE, entries)
     ]
 
 
@@ -177,7 +177,7 @@ LAYOUTS: dict[str, Layout] = {
 
 
 MAX_DEPTH = 5
-"""How many folders that have a single entry are opened, one inside another, to find submissions."""
+"""Maximum number of nested folders with a single entry that are opened to find submissions."""
 
 
 def list_nested_folders(root: Path) -> Iterator[Path]:

@@ -19,7 +19,7 @@ _ID_COLUMN = re.compile(r"id\b|identif|login|user|mail|sis\b|matri|participant|(
 
 
 SAME_NAME = "several students have this name"
-"""The reason for several possible owners that only the submissions themselves can tell apart."""
+"""The reason if students have the same name, so that only the metadata of their notebooks can tell them apart."""
 
 
 @dataclass(frozen=True)
@@ -36,9 +36,9 @@ class PossibleOwners:
 
 
 class Roster:
-    """Looks up the owner of a submission in a class; names of files and folders may be those that qdot writes.
+    """Looks up the owner of a submission in a class.
 
-    `moodle_numbers` has the students by the numbers for which `qdot release` packed notebooks for Moodle.
+    `moodle_numbers` maps the numbers for which `qdot release` packed notebooks for Moodle to the students.
     """
 
     def __init__(self, students: "Sequence[Student]", moodle_numbers: Mapping[str, str] | None = None) -> None:

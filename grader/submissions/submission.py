@@ -43,7 +43,7 @@ MAX_FILES, MAX_NOTEBOOKS = 20_000, 50
 NOT_FETCHED_FILE = ".not-fetched.csv"
 """A table (columns student, why) in the folder of submissions: the students whose submissions could not be downloaded.
 
-These students get no mark, rather than zero points for submitting nothing. The file's name begins with a dot, so that
+These students get no mark instead of zero points. The file's name begins with a dot, so that
 the table is not taken for a submission.
 """
 
@@ -168,8 +168,8 @@ def _make_roster(students: "Sequence[Student]", folder: Path) -> Roster:
 def _find_root(roster: Roster, root: Path) -> Path:
     """Return the folder with the submissions.
 
-    The folder is `root`. If nothing in `root` has an owner and its only entry is a folder, this inner folder is tried,
-    and so on.
+    This is `root` if anything in it has an owner. Otherwise, if its only entry is a folder, that folder is tried, and
+    so on.
     """
     for folder in list_nested_folders(root):
         if any(roster.find_owner(submitted_path).students for submitted_path in find_submitted_paths(folder)):
@@ -557,8 +557,11 @@ def explain_wrong_assignment(submission: Submission, assignment: "Assignment") -
     return None
 
 
-def explain_useless(submission: Submission, assignment: "Assignment", student: str) -> str:
-    """Return why a notebook would only remove a student's earlier answers; "" if it may have answers."""
+def explain_refused_upload(submission: Submission, assignment: "Assignment", student: str) -> str:
+    """Return the reason for refusing an uploaded notebook; "" if it may answer a question of the assignment.
+
+    A notebook without answers would only remove the student's earlier answers.
+    """
     if reason := submission.unreadable_reason or explain_wrong_assignment(submission, assignment):
         return reason
     if submission.qdot_metadata.get("student") not in (None, student):

@@ -17,7 +17,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.grader.sandbox.sandbox import Limits
 from qdot.grader.serve.judge_process import Judge
 from qdot.grader.serve.settings import ServiceOptions, configure
-from tests.support.submitting import UNCERTIFIED, _sandbox
+from tests.support.submitting import UNCERTIFIED, open_shared_sandbox
 
 STUDENTS = [Student("s001", "Ada"), Student("s002", "Bolivar Quux"), Student("s003", "Cy")]
 HEAD = 'title = "T"\nkey = "hw"\n'
@@ -61,7 +61,7 @@ def write_settings(lines: str, problems: str = PROBLEMS) -> None:
     (find_folder() / "assignment.toml").write_text(f"{HEAD}{lines}\n{problems}")
 
 
-class OwnJudges:
+class InProcessJudges:
     """Judges in this process, because starting processes takes longer than the tests themselves."""
 
     def __init__(self, folders: tuple[Path, ...], jobs: int) -> None:
@@ -82,8 +82,8 @@ def serve_class(settings: str = "", problems: str = PROBLEMS) -> Iterator["Servi
 
     call_command("flush", verbosity=0, interactive=False)
     with (
-        patch.object(marking_online, "JudgePool", OwnJudges),
-        patch.object(marking_online, "_open_sandbox", lambda strict: _sandbox(LIMITS, strict)),
+        patch.object(marking_online, "JudgePool", InProcessJudges),
+        patch.object(marking_online, "_open_sandbox", lambda strict: open_shared_sandbox(LIMITS, strict)),
         patch("qdot.grader.serve.judge_process.CERTIFIER", UNCERTIFIED),
         patch("qdot.grader.serve.rates.SECONDS", 0.0),
         patch("qdot.grader.serve.html_pages.load_assets", lambda: ASSETS),
@@ -104,15 +104,15 @@ class Service:
     def assignment(self) -> Assignment:
         return load_assignment(self.folder)
 
-    def open_browser(self, who: str) -> "Browser":
+    def open_browser(self, identifier: str) -> "Browser":
         """Return the browser of a person who has signed in by a personal link."""
         from qdot.grader.serve.personal_links import make_link
 
         browser = Browser()
-        assert browser.client.get(f"/in/{make_link(self.people[who])}").status_code == 302
+        assert browser.client.get(f"/in/{make_link(self.people[identifier])}").status_code == 302
         return browser
 
-    def work_off_queue(self) -> int:
+    def process_queue(self) -> int:
         """Do all tasks in the queue, and return their number."""
         from django_tasks_db.models import DBTaskResult
 

@@ -33,9 +33,8 @@ REFUSED_CLASSES = {
 }
 """SymPy's classes that are not accepted as answers, each with advice on what to write instead."""
 
-
 MAX_LIST_DEPTH = 6
-"""How deeply lists may be nested; a list that contains itself would have no end."""
+"""Maximum nesting depth of lists; a list that contains itself would have no end."""
 
 
 def format_value(value: Any, depth: int = 0) -> str:
@@ -85,7 +84,7 @@ def _format_sympy(value: Any, depth: int) -> str:
     if isinstance(value, MatrixExpr) and value.has(sympy.MatrixSymbol):
         raise TypeError("a MatrixSymbol has no entries; write the entries, as in Matrix([[a, b], [c, d]])")
     if value.has(*REFUSED_CLASSES):
-        raise TypeError(next(advice for kind, advice in REFUSED_CLASSES.items() if value.has(kind)))
+        raise TypeError(next(advice for cls, advice in REFUSED_CLASSES.items() if value.has(cls)))
     units = sys.modules.get("sympy.physics.units")  # SymPy's units are loaded only if the notebook uses them
     if units is not None and value.has(units.Quantity):
         raise TypeError("qdot doesn't accept units of sympy.physics; write only the number, in m, rad, m/s or rad/s")

@@ -1,6 +1,4 @@
-"""Run in place of a notebook and try to break out of the sandbox.
-
-Every attempt that succeeds shows a gap on this machine.
+"""Run in place of a notebook and try to break out of the sandbox: an attempt that succeeds shows a gap on this machine.
 
 All attempts are made without the audit hook. Each attempt that may kill its own process gets a separate process
 (`SEPARATE_ATTEMPTS`).

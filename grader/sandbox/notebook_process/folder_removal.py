@@ -36,7 +36,7 @@ def remove_folder(path: str, timeout: float = math.inf) -> None:
 def _unlink(name: str, parent_handle: int) -> bool:
     """Remove a file or a link; return False for a folder, after giving its owner all rights to it.
 
-    `parent` is the descriptor of the folder that contains it.
+    `parent_handle` is the descriptor of the folder that contains it.
     """
     try:
         os.unlink(name, dir_fd=parent_handle)

@@ -85,16 +85,16 @@ def _translate_line(line: str) -> str | None:
         return f"{indent}{_write_line_magic(_choose_help_magic(name, marks), name)}"
     if match := _ESCAPED_LINE.fullmatch(line):
         indent, escape, command = match.groups()
+        if not command and escape.startswith("?"):
+            return f"{indent}pass"
         if escape.startswith("?"):
-            return (
-                f"{indent}{_write_line_magic(_choose_help_magic(command, escape), command)}"
-                if command
-                else f"{indent}pass"
-            )
+            return f"{indent}{_write_line_magic(_choose_help_magic(command, escape), command)}"
         if escape.startswith("!"):
             return f"{indent}get_ipython().{'system' if escape == '!' else 'getoutput'}({command!r})"
         name, _, argument = command.partition(" ")
-        return indent + (argument.strip() or "pass" if name == "time" else _write_line_magic(name, argument.strip()))
+        if name == "time":  # run the rest of the line
+            return indent + (argument.strip() or "pass")
+        return indent + _write_line_magic(name, argument.strip())
     if match := _ASSIGNED_MAGIC.fullmatch(line):
         target, escape, command = match.groups()
         name, _, argument = command.partition(" ")

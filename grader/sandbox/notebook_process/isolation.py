@@ -44,7 +44,7 @@ MAX_DESCRIPTORS = 64
 MAX_SIGNALS = 256
 """Maximum number of timers and waiting signals."""
 MAX_SLOWDOWN = 10
-"""In real time, a notebook may take its limit plus this many times its processor time, because machines are busy."""
+"""In real time, a notebook may take its limit plus this many times its processor time, as the machine may be busy."""
 MAX_REPLACED_SYMBOLS = 20
 """Maximum number of symbols that are reported as replaced by numbers."""
 

@@ -1,7 +1,7 @@
-"""Call, with ctypes, Linux's system calls for isolation for which Python has no functions. No decisions are made here.
+"""Call Linux's system calls for isolation with ctypes, because Python has no functions for them.
 
-The names of the constants are those of Linux. Every function raises OSError if the kernel refuses. Importing the module
-calls nothing, so it can be imported on any system.
+The names of the constants are those of Linux. Every function raises OSError if the kernel refuses. Importing this
+module calls nothing, so it can be imported on any system.
 """
 
 import ctypes
@@ -73,14 +73,14 @@ def unshare(flags: int) -> None:
     _check_result(_load_libc().unshare(ctypes.c_int(flags)))
 
 
-def setns(descriptor: int, kind: int) -> None:
-    """Move this process into an existing namespace; `kind` is a flag such as `NEWPID`."""
-    _check_result(_load_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(kind)))
+def setns(descriptor: int, namespace_flag: int) -> None:
+    """Move this process into an existing namespace; `namespace_flag` is a flag such as `NEWPID`."""
+    _check_result(_load_libc().setns(ctypes.c_int(descriptor), ctypes.c_int(namespace_flag)))
 
 
-def mount(source: str | None, target: str, kind: str | None, flags: int, data: str = "") -> None:
-    """Mount a file system of type `kind` with the options `data`, or bind a folder to another path."""
-    texts = [None if text is None else os.fsencode(text) for text in (source, target, kind)]
+def mount(source: str | None, target: str, file_system: str | None, flags: int, data: str = "") -> None:
+    """Mount a file system of type `file_system` with the options `data`, or bind a folder to another path."""
+    texts = [None if text is None else os.fsencode(text) for text in (source, target, file_system)]
     _check_result(_load_libc().mount(*texts, ctypes.c_ulong(flags), data.encode() or None))
 
 
@@ -133,7 +133,8 @@ def restrict_with_landlock(restricted_rights: tuple[int, int, int], rules: Seque
     `restricted_rights` has three sets of rights, as bits: those to files, to the network, and to scopes. Landlock
     refuses these rights unless a rule gives them.
     """
-    size = 8 if not (restricted_rights[1] or restricted_rights[2]) else 16 if not restricted_rights[2] else 24
+    _, network_rights, scope_rights = restricted_rights
+    size = 24 if scope_rights else 16 if network_rights else 8
     ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *restricted_rights), size, 0)
     try:
         for path, rights in rules:

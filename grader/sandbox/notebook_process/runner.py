@@ -29,15 +29,18 @@ def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
 
     `depth` is the number of lists around the value.
     """
-    kind = type(value)
-    if kind in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
+    value_type = type(value)
+    if value_type in (int, float, complex, str, bool, type(None)) or isinstance(value, sympy.Basic):
         return [value]
-    if kind is sympy.Matrix:
-        return [kind, value.rows, *value.flat()]
-    if kind in (list, tuple) and len(value) < 1000 and depth < MAX_LIST_DEPTH:  # comparing more would take too long
-        item_parts = [list_immutable_parts(item, depth + 1) for item in value]
-        return None if None in item_parts else [kind, len(value), *(part for item in item_parts for part in item or ())]
-    return None
+    if value_type is sympy.Matrix:
+        return [value_type, value.rows, *value.flat()]
+    # Comparing more values would take too long.
+    if value_type not in (list, tuple) or len(value) >= 1000 or depth >= MAX_LIST_DEPTH:
+        return None
+    item_parts = [list_immutable_parts(item, depth + 1) for item in value]
+    if None in item_parts:
+        return None
+    return [value_type, len(value), *(part for parts in item_parts for part in parts or ())]
 
 
 def is_unchanged(previous_parts: list[Any] | None, current_parts: list[Any] | None) -> bool:
@@ -189,9 +192,9 @@ def _mentions(name: str, text: str) -> bool:
 
 def _is_number(value: Any) -> bool:
     """Return whether a value is a number, such as pi/2, without calling a method that a notebook may have defined."""
-    kind = type(value)
-    is_formula = issubclass(kind, sympy.Expr) and kind.__module__.startswith("sympy.")
-    return kind in NUMBER_TYPES or (is_formula and bool(value.is_number))
+    value_type = type(value)
+    is_formula = issubclass(value_type, sympy.Expr) and value_type.__module__.startswith("sympy.")
+    return value_type in NUMBER_TYPES or (is_formula and bool(value.is_number))
 
 
 NUMBER_TYPES = (int, float, complex, numpy.float64, numpy.int64)

@@ -1,4 +1,4 @@
-"""Deep linking: a teacher chooses, in the platform's own editor, the assignment or the question that a course shows."""
+"""Deep linking: a teacher adds an assignment or a question to a course in the platform's own editor."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -47,10 +47,10 @@ def choose(request: HttpRequest, _: Person) -> HttpResponse:
         values = {"action": "/lti/choose", "assignments": assignments}
         return render_page(request, "serve/choose.html.j2", title="Choose an assignment", **values)
     choice = request.POST.get("choice", "")
-    found = next((entry for entry in _list_columns(assignments) if entry[0] == choice), None)
-    if found is None:
+    activities = {resource_id: (title, points) for resource_id, title, points in _list_activities(assignments)}
+    if choice not in activities:
         raise Refused(400, "Choose an assignment or a question.")
-    title, points = found[1:]
+    title, points = activities[choice]
     platform_id, deployment_id, settings_claim = request.session.pop("choosing")
     column = LineItem({"label": title, "scoreMaximum": points, "resourceId": choice})
     column.set_submission_review(_REVIEWABLE)
@@ -77,8 +77,8 @@ def _list_assignments() -> list[dict[str, Any]]:
     return assignments
 
 
-def _list_columns(assignments: list[dict[str, Any]]) -> Iterator[tuple[str, str, float]]:
-    """Yield what can be chosen: what its link contains, the title of the activity, and its points."""
+def _list_activities(assignments: list[dict[str, Any]]) -> Iterator[tuple[str, str, float]]:
+    """Yield the resource id (see `columns`), the title and the points of each activity to choose from."""
     for assignment in assignments:
         yield assignment["key"], assignment["title"], assignment["points"]
         for part in assignment["parts"]:

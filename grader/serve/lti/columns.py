@@ -25,7 +25,7 @@ def make_path(resource_id: str) -> str:
 
 
 def find_resource_id(address: str) -> str:
-    """Return what a page shows, as `make_path` takes it; "" for any other page.
+    """Return the resource id of the page at an address; "" if it is no page of an assignment or a question.
 
     >>> find_resource_id("https://qdot.example.edu/a/velocity/?part=p1.jacobian")
     'velocity/p1.jacobian'
@@ -40,8 +40,8 @@ def find_resource_id(address: str) -> str:
 def save_column(launch: LtiLaunch, context: LtiContext, resource_id: str, connector: ServiceConnector) -> bool:
     """Store the column of the activity that a launch opened, and return whether it is new.
 
-    If the platform has made no column but lets us make one, we make one; this happens if a teacher has typed the
-    address of an activity. Raises an error of the library or the connection.
+    If the platform has made no column, because a teacher typed the address of the activity, qdot makes one if the
+    platform allows that. Raises an error of the library or the connection.
     """
     endpoint, link = launch.ags_claim or {}, launch.resource_link
     url = endpoint.get("lineitem", "")
@@ -51,8 +51,8 @@ def save_column(launch: LtiLaunch, context: LtiContext, resource_id: str, connec
         url = _make_column(endpoint, link, resource_id, connector)
     if not url:
         return False
-    known = LtiLineItem.objects.filter(url=url).first()
-    if known is not None and (known.context_id != context.pk or known.resource_id == resource_id):
+    column = LtiLineItem.objects.filter(url=url).first()
+    if column is not None and (column.context_id != context.pk or column.resource_id == resource_id):
         return False
     values = {"label": link.title[:255], "resource_id": resource_id, "resource_link": link, "maximum_score": 0}
     LtiLineItem.objects.update_or_create(url=url, defaults={"context": context, **values})

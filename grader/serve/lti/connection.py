@@ -1,7 +1,7 @@
-"""Send requests to a platform, and keep the keys that sign them.
+"""Send requests to a platform, and store the keys that sign them.
 
-A platform may store our public keys for a while. Therefore a new key is published for a day before it signs, and an
-old key stays published after a newer one has replaced it.
+A platform may cache qdot's public keys. Therefore a new key is published a day before it signs, and an old key stays
+published after a newer one has replaced it.
 """
 
 import datetime
@@ -24,7 +24,7 @@ KEY_PUBLICATION = datetime.timedelta(days=1)
 KEY_LIFETIME = datetime.timedelta(days=180)
 KEY_OVERLAP = datetime.timedelta(days=14)
 TOKEN_LIFETIME = datetime.timedelta(minutes=20)
-"""For how long an access token of a platform is reused; platforms issue tokens for an hour."""
+"""How long an access token of a platform is reused; platforms issue tokens for an hour."""
 PLATFORM_ERRORS = (LtiException, QdotError, requests.RequestException, LookupError, TypeError, ValueError)
 """The errors of a request: the platform refuses it, sends an unexpected answer, or can't be reached."""
 
@@ -55,7 +55,7 @@ def find_signing_key(now: datetime.datetime) -> Key:
 
 
 def make_registration(platform: LtiRegistration, now: datetime.datetime) -> Registration:
-    """Return the platform as PyLTI1p3 describes it, with the key that signs our messages."""
+    """Return the platform as PyLTI1p3 describes it, with the key that signs qdot's messages."""
     registration = platform.to_registration()
     key = find_signing_key(now)
     registration.set_tool_private_key(key.private_key)
@@ -87,9 +87,10 @@ class Connections:
 
 
 def read_pages(connector: ServiceConnector, scope: str, url: str, media_type: str) -> Iterator[Any]:
-    """Yield the pages of a list, beginning at `url`. PyLTI1p3 would change their addresses to lower case.
+    """Yield the pages of a list, beginning at `url`. Raises QdotError.
 
-    The access token is sent only to the server of the first page. Raises QdotError.
+    The access token is sent only to the server of the first page. PyLTI1p3's own function is not used, because it
+    changes addresses to lower case.
     """
     server, next_url = urlsplit(url)[:2], url
     for _ in range(1000):

@@ -1,13 +1,12 @@
 """Sign in a person who opens qdot in a course of a platform: login, launch and the public keys.
 
-The platform sends the browser to /lti/login, we send it back with a `state` and a `nonce`, and the platform posts a
+The platform sends the browser to /lti/login. qdot sends it back with a `state` and a `nonce`. Then the platform posts a
 signed message to /lti/launch. The state is a signed time that only this browser has as a cookie; the nonce is
-computed from the state. So nothing is stored for a login, and a message is accepted once, from the browser for which it
-was made.
+computed from the state. So qdot stores nothing for a login, and accepts a message once, from the right browser.
 
-If the browser stores no cookies in a frame, a page of ours puts a proof, which is also computed from the state, into
-the storage that the platform offers to pages in its frames. Another page reads it there, and sends it with the message
-(1EdTech: LTI OIDC Login with LTI Client Side postMessages).
+Some browsers store no cookies in a frame. A page of qdot then puts a proof, which is also computed from the state, into
+the storage that the platform offers to pages in its frames. Another page reads the proof there, and sends it with the
+message (1EdTech: LTI OIDC Login with LTI Client Side postMessages).
 """
 
 import re
@@ -44,29 +43,28 @@ from qdot.grader.serve.lti.columns import find_resource_id, make_path, save_colu
 from qdot.grader.serve.lti.connection import PLATFORM_ERRORS, PlatformSession, make_connector, renew_keys
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.lti.people import find_role, save_person
-from qdot.grader.serve.lti.registering import connect
+from qdot.grader.serve.lti.registering import connect_course
 from qdot.grader.serve.models import Classroom, Person
 from qdot.grader.serve.settings import find_options
 from qdot.grader.serve.sign_in import sign_in
 
 CLOCK_SKEW = 60
-"""By how many seconds the clocks of the platform and of this machine may differ."""
+"""Maximum difference in seconds between the clocks of the platform and of this machine."""
 LOGIN_SECONDS = 300
-"""How long a person has from login to launch, during which the platform may ask for a password."""
+"""Maximum number of seconds from login to launch; the platform may ask for a password in between."""
 KEY_SECONDS = 3600
-"""For how long the public keys of a platform are stored."""
+"""Number of seconds for which the public keys of a platform are cached."""
 SECONDS_BETWEEN_KEYS = 10
-"""How long to wait before a message with an unknown key makes us fetch the keys again."""
+"""Minimum number of seconds before another message with an unknown key makes qdot fetch the keys again."""
 ALGORITHM = "RS256"
-_REQUIRED = ["exp", "iat", "iss", "aud", "sub", "nonce"]
-_CLAIM = "https://purl.imsglobal.org/spec/lti/claim/"
+_REQUIRED_CLAIMS = ["exp", "iat", "iss", "aud", "sub", "nonce"]
+_CLAIM_PREFIX = "https://purl.imsglobal.org/spec/lti/claim/"
 _NOT_VERIFIED = "qdot couldn't verify this launch. Open the activity again from your course."
-_NEW_TAB = "lti1p3_new_window"
-_FRAME = re.compile(r"[\w.-]{1,80}", re.ASCII)
+_NEW_TAB_PARAMETER = "lti1p3_new_window"
+_FRAME_NAME = re.compile(r"[\w.-]{1,80}", re.ASCII)
 """Matches the name of a frame as a platform gives it; it is part of the name of a cookie."""
-_MALFORMED = (LookupError, TypeError, ValueError, AttributeError)
-"""What the library raises if a message doesn't have the agreed form."""
-
+_MALFORMED_MESSAGE_ERRORS = (LookupError, TypeError, ValueError, AttributeError)
+"""The exceptions that the library raises for a message that doesn't have the agreed form."""
 
 _fetches = threading.BoundedSemaphore(4)
 """Held while a platform's keys are fetched, so that a platform that doesn't answer blocks only a few requests."""
@@ -112,7 +110,7 @@ class Login(DjangoOIDCLogin):
     def _get_uuid(self) -> str:
         frame = self._get_request_param("lti_storage_target") or ""
         parts = [secrets.token_urlsafe(16), str(self._tool_config.registration.pk)]
-        signed = _make_signer().sign("~".join([*parts, frame] if _FRAME.fullmatch(frame) else parts))
+        signed = _make_signer().sign("~".join([*parts, frame] if _FRAME_NAME.fullmatch(frame) else parts))
         self.state = f"state-{signed}"
         return signed
 
@@ -147,9 +145,10 @@ class Launch(DjangoMessageLaunch):
     def get_public_key(self) -> tuple[str, str]:
         """Return the key that signed the message; if it isn't among the stored ones, the platform has new keys."""
         platform = self._tool_config.registration
-        name, stored = f"lti-keys-{platform.pk}", cache.get(f"lti-keys-{platform.pk}")
-        if stored is not None:
-            self._registration.set_key_set(stored)
+        cache_name = f"lti-keys-{platform.pk}"
+        stored_keys = cache.get(cache_name)
+        if stored_keys is not None:
+            self._registration.set_key_set(stored_keys)
             try:
                 return super().get_public_key()
             except LtiException:
@@ -161,7 +160,7 @@ class Launch(DjangoMessageLaunch):
             keys = self.fetch_public_key(platform.keyset_url)
         finally:
             _fetches.release()
-        cache.set(name, keys, KEY_SECONDS)
+        cache.set(cache_name, keys, KEY_SECONDS)
         self._registration.set_key_set(keys)
         return super().get_public_key()
 
@@ -172,12 +171,12 @@ class Launch(DjangoMessageLaunch):
         try:
             claims = jwt.decode(
                 self._get_id_token(), key, algorithms=[ALGORITHM], audience=client_id, leeway=CLOCK_SKEW,
-                issuer=self._registration.get_issuer(), options={"require": _REQUIRED},
+                issuer=self._registration.get_issuer(), options={"require": _REQUIRED_CLAIMS},
             )  # fmt: skip
         except jwt.InvalidTokenError as error:
             raise LtiException(f"the message is not valid: {error}") from error
-        is_for_one = isinstance(claims["aud"], str) or len(claims["aud"]) == 1
-        if claims.get("azp", client_id if is_for_one else "") != client_id:
+        has_one_audience = isinstance(claims["aud"], str) or len(claims["aud"]) == 1
+        if claims.get("azp", client_id if has_one_audience else "") != client_id:
             raise LtiException("the message is for another tool")
         if not cache.add(f"lti-nonce-{claims['nonce']}", True, LOGIN_SECONDS + CLOCK_SKEW):
             raise LtiException("the message was used before")
@@ -185,7 +184,7 @@ class Launch(DjangoMessageLaunch):
         return self
 
     def save_launch_data(self) -> Self:
-        """Store nothing: what we need from the message is in our tables."""
+        """Store nothing, because qdot's tables have what it needs from the message."""
         return self
 
 
@@ -207,8 +206,8 @@ def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
         raise Refused(400, _NOT_VERIFIED) from error
     parameters = {**request.GET.dict(), **request.POST.dict()}
     response: HttpResponse = HttpResponseRedirect(url)
-    if _NEW_TAB not in parameters:
-        tab = f"{request.path}?{urlencode({**parameters, _NEW_TAB: '1'})}"
+    if _NEW_TAB_PARAMETER not in parameters:
+        tab = f"{request.path}?{urlencode({**parameters, _NEW_TAB_PARAMETER: '1'})}"
         response = _send_page(request, answer.state, url=url, tab=tab, proof=compute_proof(answer.state))
     answer.set_cookies(response)
     return response
@@ -227,7 +226,7 @@ def _send_page(
 @csrf_exempt
 @require_POST
 def launch(request: HttpRequest) -> HttpResponse:
-    """Sign in the person of a launch, and go to what the launch opens."""
+    """Sign in the person who opened a launch, and redirect to the launched page."""
     message = Launch(request, DjangoToolConfig(), requests_session=PlatformSession())
     state, proof = request.POST.get("state", ""), request.POST.get("proof")
     try:
@@ -236,16 +235,16 @@ def launch(request: HttpRequest) -> HttpResponse:
         message.validate()
         if proof:
             begin_frame_session(request)
-        response = _open(request, LtiLaunch(message))
-    except (LtiException, *_MALFORMED) as error:
+        response = _open_launch(request, LtiLaunch(message))
+    except (LtiException, *_MALFORMED_MESSAGE_ERRORS) as error:
         logger.warning("a launch was refused: %s", escape_controls(f"{type(error).__name__}: {error}")[:300])
         raise Refused(400, _NOT_VERIFIED) from error
     response.delete_cookie(f"lti1p3-{state}", samesite="None" if request.is_secure() else None)
     return response
 
 
-def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
-    """Sign in the person of a verified launch, and return a redirection to what it opens. Raises Refused."""
+def _open_launch(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
+    """Sign in the person of a verified launch, and return a redirection to the launched page. Raises Refused."""
     if lti_launch.context_claim is None:
         raise Refused(400, "Open qdot in a course.")
     role = find_role(lti_launch.roles_claim)
@@ -257,14 +256,14 @@ def _open(request: HttpRequest, lti_launch: LtiLaunch) -> HttpResponse:
     if not (classroom.is_connected and lti_launch.context.deployment.is_active):
         advice = f"the person who runs qdot connects it with: qdot serve connect FOLDER --course {classroom.pk}"
         raise Refused(403, f"This course isn't connected to qdot yet; {advice}")
-    identifier = (lti_launch.get_claim(f"{_CLAIM}lis") or {}).get("person_sourcedid")
+    identifier = (lti_launch.get_claim(f"{_CLAIM_PREFIX}lis") or {}).get("person_sourcedid")
     person = save_person(classroom, lti_launch.user, role, identifier)
     sign_in(request, person)
     if lti_launch.is_deep_link_launch:
         return begin_choosing(request, lti_launch, person)
     if lti_launch.is_submission_review_launch:
         return HttpResponseRedirect(_find_review(lti_launch, person))
-    resource_id = find_resource_id(str(lti_launch.get_claim(f"{_CLAIM}target_link_uri")))
+    resource_id = find_resource_id(str(lti_launch.get_claim(f"{_CLAIM_PREFIX}target_link_uri")))
     assignments = load_assignments()
     if not resource_id and len(assignments) == 1:
         resource_id = next(iter(assignments))  # as after a teacher has typed the address of the service
@@ -285,13 +284,13 @@ def _find_classroom(context: LtiContext, role: Person.Role | None) -> Classroom:
         platform = LtiRegistration.objects.select_for_update().get(pk=context.deployment.registration_id)
         same_platform = Classroom.objects.filter(lti_context__deployment__registration=platform)
         if not same_platform.filter(is_connected=True).exists():
-            connect(classroom)
+            connect_course(classroom)
     classroom.save()
     return classroom
 
 
 def _store_column(lti_launch: LtiLaunch, classroom: Classroom, resource_id: str) -> None:
-    """Store the column of the gradebook for what a launch opened, and fill it in if it is new."""
+    """Store the gradebook column of the launched activity, and fill it in if it is new."""
     connector = make_connector(lti_launch.registration, timezone.now())
     try:
         is_new = save_column(lti_launch, lti_launch.context, resource_id, connector)
@@ -311,7 +310,7 @@ def _find_review(lti_launch: LtiLaunch, person: Person) -> str:
         return "/"
     if person.role != Person.Role.STAFF:
         return make_path(column.resource_id)
-    sub = str(lti_launch.get_claim(f"{_CLAIM}for_user")["user_id"])
+    sub = str(lti_launch.get_claim(f"{_CLAIM_PREFIX}for_user")["user_id"])
     student = person.classroom.people.filter(lti_user__sub=sub).first()
     query = f"?student={student.pk}" if student else ""
     return f"/a/{column.resource_id.partition('/')[0]}/class/{query}"

@@ -32,7 +32,7 @@ LONGEST_WAIT = datetime.timedelta(hours=6)
 MAX_REFUSALS = 11
 """Number of tries, within about three hours, after which a score that the platform refuses is left to the staff."""
 CLAIM = datetime.timedelta(minutes=2)
-"""For how long the process that is sending a score keeps others from sending it."""
+"""How long other processes must not send a score that a process has begun to send."""
 LIST_INTERVAL = datetime.timedelta(days=1)
 LIST_RETRY = datetime.timedelta(hours=1)
 _UNREACHABLE = "can't be reached"
@@ -49,8 +49,8 @@ class Score:
 def update_scores(person: Person, key: str) -> None:
     """Note which scores of an assignment the gradebook of the person's course should show.
 
-    Call it in the transaction that changes marks or points. Nothing is noted for a person or a column that the platform
-    hasn't named, or for a person who has left the course; a launch brings the person's scores up to date.
+    Call this in the transaction that changes marks or points. Nothing is noted for people and columns that the platform
+    hasn't named, or for people who have left the course. When such a person opens qdot again, the scores are updated.
     """
     if person.lti_user_id is None or person.role != Person.Role.STUDENT or not person.is_active:
         return
@@ -64,11 +64,10 @@ def update_scores(person: Person, key: str) -> None:
             result = load_result(person, assignment, find_student(assignment, person))
         for delivery in deliveries:
             score = _find_score(result, delivery.line_item.resource_id.partition("/")[2])
-            if (score.points, score.max_points) != (delivery.score, delivery.max_score) and not (
-                score.points is None and delivery.score is None
-            ):
+            has_changed = (score.points, score.max_points) != (delivery.score, delivery.max_score)
+            if has_changed and not (score.points is None and delivery.score is None):
                 delivery.score, delivery.max_score = score.points, score.max_points
-                _make_newer(delivery, timezone.now())
+                _advance_timestamp(delivery, timezone.now())
                 delivery.tries, delivery.last_error = 0, ""
                 delivery.save()
 
@@ -88,8 +87,8 @@ def _find_score(result: Result, part_name: str) -> Score:
     return Score(None if is_empty else (part.points or 0) * (1 - penalty), part.max_points)
 
 
-def _make_newer(delivery: ScoreDelivery, now: datetime.datetime) -> None:
-    """Give a score a later time than it had, and send it as soon as that time has come."""
+def _advance_timestamp(delivery: ScoreDelivery, now: datetime.datetime) -> None:
+    """Give a score a later timestamp than before, and send it as soon as that time has come."""
     was_sent = delivery.sent is not None or delivery.tries > 0 or delivery.next_try is not None
     delivery.timestamp = max(now, delivery.timestamp + datetime.timedelta(seconds=1)) if was_sent else now
     delivery.next_try = delivery.timestamp
@@ -97,14 +96,14 @@ def _make_newer(delivery: ScoreDelivery, now: datetime.datetime) -> None:
 
 def send_scores(connections: Connections, now: datetime.datetime) -> None:
     """Send the scores whose time has come. A platform that can't be reached doesn't delay the others."""
-    due = ScoreDelivery.objects.filter(
+    due_deliveries = ScoreDelivery.objects.filter(
         next_try__lte=now, person__is_active=True, line_item__context__deployment__registration__is_active=True
     )
     related = ("person__lti_user", "line_item__context__deployment__registration")
-    unreachable: set[int] = set()
-    for delivery in due.select_related(*related).order_by("next_try"):
+    unreachable_platforms: set[int] = set()
+    for delivery in due_deliveries.select_related(*related).order_by("next_try"):
         platform = delivery.line_item.context.deployment.registration
-        if platform.pk in unreachable:
+        if platform.pk in unreachable_platforms:
             continue
         unchanged = ScoreDelivery.objects.filter(pk=delivery.pk, timestamp=delivery.timestamp)
         if not unchanged.filter(next_try=delivery.next_try).update(next_try=timezone.now() + CLAIM):
@@ -115,7 +114,7 @@ def send_scores(connections: Connections, now: datetime.datetime) -> None:
         except PLATFORM_ERRORS as error:
             is_refusal = not _is_unreachable(error, platform)
             if not is_refusal:
-                unreachable.add(platform.pk)
+                unreachable_platforms.add(platform.pk)
                 unchanged = unchanged | all_of_platform.filter(next_try__lte=now)
             _postpone(unchanged, delivery.tries, error, now, gives_up=is_refusal and delivery.tries + 1 >= MAX_REFUSALS)
         else:
@@ -124,7 +123,7 @@ def send_scores(connections: Connections, now: datetime.datetime) -> None:
 
 
 def _is_unreachable(error: Exception, platform: LtiRegistration) -> bool:
-    """Whether an error concerns all scores, because the platform is down, too busy, or gives us no access token."""
+    """Return whether an error concerns all scores: the platform is down, too busy, or gives qdot no access token."""
     if not isinstance(error, LtiServiceException):
         return True
     status, is_about_token = error.response.status_code, error.response.url.startswith(platform.token_url)
@@ -167,15 +166,12 @@ def _postpone(
         words = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
     else:
         words = f"{_UNREACHABLE if response.status_code >= 500 else 'refused'}: HTTP {response.status_code}"
-    values = {
-        "next_try": None if gives_up else now + wait,
-        "tries": F("tries") + 1,
-        "last_error": escape_controls(words)[:300],
-    }
+    next_try, last_error = None if gives_up else now + wait, escape_controls(words)[:300]
+    values = {"next_try": next_try, "tries": F("tries") + 1, "last_error": last_error}
     if response is not None and response.status_code == 409:
         values["timestamp"] = now + wait
     number = deliveries.update(**values)
-    logger.warning("%d scores have not arrived; the platform %s", number, values["last_error"])
+    logger.warning("%d scores have not arrived; the platform %s", number, last_error)
 
 
 def find_refused(classroom: Classroom, key: str) -> QuerySet[ScoreDelivery]:
@@ -187,8 +183,8 @@ def find_refused(classroom: Classroom, key: str) -> QuerySet[ScoreDelivery]:
 
 def read_class_lists(connections: Connections, now: datetime.datetime) -> None:
     """Read the class lists of connected courses whose time has come."""
-    due = Classroom.objects.filter(is_connected=True, list_due__lte=now, lti_context__isnull=False)
-    for classroom in due.exclude(lti_context__memberships_url=""):
+    due_classrooms = Classroom.objects.filter(is_connected=True, list_due__lte=now, lti_context__isnull=False)
+    for classroom in due_classrooms.exclude(lti_context__memberships_url=""):
         wait = LIST_INTERVAL
         try:
             read_class_list(classroom, connections, now)
@@ -201,7 +197,7 @@ def read_class_lists(connections: Connections, now: datetime.datetime) -> None:
 _connections = Connections()
 
 
-def work_off_outbox() -> None:
+def process_outbox() -> None:
     """Send the scores and read the class lists whose time has come; called every second."""
     now = timezone.now()
     send_scores(_connections, now)

@@ -19,14 +19,14 @@ from qdot.grader.serve.lti.connection import Connections, read_pages
 from qdot.grader.serve.models import Classroom, Person
 
 _COURSE_ROLE = re.compile(r"(?:http://purl\.imsglobal\.org/vocab/lis/v2/membership(?:/(\w+))?#)?(\w+)")
-"""Matches a role in the course. Its groups are the main role of a sub-role, if it is one, and its name."""
+"""Matches a role in the course. The groups are the main role, if the role is a sub-role, and the role's name."""
 _STAFF_ROLES = {"Instructor", "Administrator", "TeachingAssistant"}
 MEMBERS_SCOPE = "https://purl.imsglobal.org/spec/lti-nrps/scope/contextmembership.readonly"
 MEMBERS_TYPE = "application/vnd.ims.lti-nrps.v2.membershipcontainer+json"
 
 
 def find_role(roles: Iterable[object]) -> Person.Role | None:
-    """Return what a person is in the course; None for a person who is neither student nor staff, such as an observer.
+    """Return a person's role in the course; None for a person who is neither student nor staff, such as an observer.
 
     >>> find_role(["http://purl.imsglobal.org/vocab/lis/v2/membership/Instructor#TeachingAssistant"])
     Person.Role.STAFF
@@ -41,11 +41,11 @@ def find_role(roles: Iterable[object]) -> Person.Role | None:
 
 
 def save_person(classroom: Classroom, user: LtiUser, role: Person.Role, identifier: object) -> Person:
-    """Return the person of the course whom the platform calls `user`, with the role that the platform has just given.
+    """Return the person of the course whom the platform calls `user`, with the current role.
 
-    `identifier` is the person's number at the institution, if the platform knows it. A new student is matched to
-    roster.csv by it or by e-mail, so that the student has the same problems in a notebook and online. A change of role
-    ends the person's other sessions.
+    `identifier` is the person's number at the institution, if the platform knows it. By this number or by e-mail, a new
+    student is matched to roster.csv, to get the same problems in a notebook and online. A change of role ends the
+    person's other sessions.
     """
     with transaction.atomic():
         Classroom.objects.select_for_update().get(pk=classroom.pk)
@@ -64,9 +64,9 @@ def save_person(classroom: Classroom, user: LtiUser, role: Person.Role, identifi
 
 def _choose_student_id(person: Person, user: LtiUser, identifiers: set[str]) -> str:
     """Return the identifier of the one student in roster.csv with one of `identifiers`, or else a new identifier."""
-    known = {text.strip().casefold() for text in identifiers} - {""}
+    names = {text.strip().casefold() for text in identifiers} - {""}
     roster = {student for assignment in load_assignments().values() for student in assignment.roster}
-    matches = {student.id for student in roster if known & {student.id.casefold(), student.email.casefold()}}
+    matches = {student.id for student in roster if names & {student.id.casefold(), student.email.casefold()}}
     if person.role == Person.Role.STUDENT and len(matches) == 1:
         student_id = matches.pop()
         if not person.classroom.people.filter(student_id=student_id).exists():
@@ -76,7 +76,7 @@ def _choose_student_id(person: Person, user: LtiUser, identifiers: set[str]) -> 
 
 
 def read_class_list(classroom: Classroom, connections: Connections, now: datetime.datetime) -> None:
-    """Update the people of a course by the platform's list: people who left become inactive.
+    """Update the people of a course from the platform's list. People who have left become inactive.
 
     Raises QdotError, or an error of the library or the connection.
     """
@@ -97,5 +97,5 @@ def read_class_list(classroom: Classroom, connections: Connections, now: datetim
             user = users[str(member["user_id"])]
             save_person(classroom, user, role, member.get("lis_person_sourcedid"))
             present.add(user.pk)
-    left = classroom.people.filter(lti_user__isnull=False, is_active=True).exclude(lti_user__in=present)
-    left.update(is_active=False)
+    former_people = classroom.people.filter(lti_user__isnull=False, is_active=True).exclude(lti_user__in=present)
+    former_people.update(is_active=False)

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Platform:
-    """A kind of platform. `needed` are the options of `qdot serve register`, besides --client-id, that finish it by
-    hand.
+    """A kind of platform, with its addresses; `steps` are instructions for registering a tool.
 
-    `audience` is the audience of requests for access tokens if it isn't `token_url`. `steps` is what a person does.
+    `audience` is the audience of requests for access tokens if it isn't `token_url`.
     """
 
     title: str
@@ -23,11 +22,6 @@ class Platform:
     audience: str = ""
     is_dynamic: bool = True
     """Whether the platform can register a tool by itself, from one address."""
-
-    @property
-    def needs_site(self) -> bool:
-        """Whether the addresses depend on the platform's own address."""
-        return "{site}" in self.issuer + self.auth_url + self.token_url + self.keys_url
 
 
 PLATFORMS = {

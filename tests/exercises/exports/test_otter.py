@@ -18,7 +18,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.nbgrader import list_parts, make_grade_id
 from qdot.exercises.exports.otter import PLUGIN_PATH
 from qdot.exercises.problem.problem import name_answer_variable
-from qdot.grader.integrations.otter_marks import grade_for_otter, list_marks
+from qdot.grader.integrations.otter_marks import grade_for_otter
 from tests.support.command import run
 from tests.support.programs import require_reader
 from tests.support.submitting import TOML, make_class
@@ -143,13 +143,13 @@ def test_files_submitted_with_a_notebook_are_neither_imported_nor_read(
     assert scores.keys() == points.keys()
     assert (scores["p1-position"][0], scores["p1-jacobian"][0]) == (0, points["p1-jacobian"])
     assert 0 < scores["p1-determinant"][0] < points["p1-determinant"]
-    marks = list_marks(grade_for_otter(assignment.folder, folder / "hw.ipynb", {}))
-    assert "sign" in marks["p1.determinant"].feedback
-    for part, mark in marks.items():  # the feedback, without Otter's report of an exception and our source
-        name = make_grade_id(part)
-        kind = "All test cases passed!\n{} - 1 message: " if mark.is_full else "\n    {} - 1 result:\n        "
-        lead = f"{name} results:{' ' if mark.is_full else ''}{kind.format(name)}"
-        assert scores[name][1] == lead + mark.feedback
+    tests = {test.number: test for test in grade_for_otter(assignment.folder, folder / "hw.ipynb", {}).tests}
+    assert "sign" in tests["p1.determinant"].output
+    for part, test in tests.items():  # the feedback, without Otter's report of an exception and our source
+        name, is_full = make_grade_id(part), test.status == "passed"
+        kind = "All test cases passed!\n{} - 1 message: " if is_full else "\n    {} - 1 result:\n        "
+        lead = f"{name} results:{' ' if is_full else ''}{kind.format(name)}"
+        assert scores[name][1] == lead + test.output
     ((_, problem),) = assignment.generate_problems("ada")
     output = json.dumps(scores)
     assert not [part for part in problem.parts if part.answer.as_typed() in output]

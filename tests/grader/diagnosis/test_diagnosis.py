@@ -67,7 +67,7 @@ def choose_questions(family: str) -> tuple[str, ...]:
 
 @few_or_all_families
 def test_mistakes_are_named_and_random_answers_are_not(family: str) -> None:
-    counts, missed = sweep([family], (0,), choose_questions(family), few=2, random_count=2)
+    counts, missed = sweep([family], (0,), choose_questions(family), max_count=2, random_count=2)
     wrong = counts["named"] + counts["same answer"] + counts["nothing"]
     assert counts["judged right"] == 0, missed
     assert counts["nothing"] <= 0.05 * wrong, missed

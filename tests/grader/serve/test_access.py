@@ -200,7 +200,7 @@ def test_an_answer_that_takes_long_is_marked_in_the_queue(service: Service, monk
     browser.upload("a.ipynb", NOTEBOOK)
     first, second = DBTaskResult.objects.ready()  # notebooks come first
     assert first.priority > second.priority
-    service.work_off_queue()
+    service.process_queue()
     rows = list(Submission.objects.filter(answers__isnull=False))
     assert [(row.state, row.points) for row in rows] == [("marked", quick["score"])] * 2
 
@@ -216,7 +216,7 @@ def test_judges_that_are_busy_are_reported_and_lose_nothing(service: Service, mo
         assert browser.answer("p1.position", "theta1").json()["state"] == "waiting"
         reply = browser.get("/a/hw/notebook.ipynb")
         assert (reply.status_code, reply.json()["error"][:12]) == (503, "qdot is busy")
-    assert service.work_off_queue() == 1
+    assert service.process_queue() == 1
     assert browser.get("/a/hw/work").json()["submissions"][0]["state"] == "marked"
 
 
@@ -225,12 +225,12 @@ def test_one_student_can_t_fill_the_queue_or_the_disk(service: Service, monkeypa
     statuses = [browser.upload("a.ipynb", NOTEBOOK).status_code for _ in range(submitting.MAX_WAITING + 1)]
     assert statuses == [202] * submitting.MAX_WAITING + [429]
     assert other.upload("a.ipynb", NOTEBOOK).status_code == 202
-    service.work_off_queue()
+    service.process_queue()
     monkeypatch.setattr(submitting, "MAX_STORED_BYTES", 10 * len(NOTEBOOK))
     assert browser.upload("a.ipynb", NOTEBOOK + b" " * 1000).status_code == 413
     monkeypatch.setattr(submitting, "MAX_SUBMISSIONS", 6)
     assert browser.upload("a.ipynb", NOTEBOOK).status_code == 202
-    service.work_off_queue()
+    service.process_queue()
     assert browser.upload("a.ipynb", NOTEBOOK).status_code == 409
     assert browser.answer("p1.position", "theta1").status_code == 409
     assert browser.answer("p1.position", "theta1").status_code == 409

@@ -41,7 +41,7 @@ def submit_at_random(service: Service, rng: random.Random) -> None:
                 cells = make_correct_cells(service.assignment, student)
                 reply = browsers[student].upload("mine.ipynb", write_notebook(assignment, student, cells).encode())
                 assert reply.status_code in (202, 409), reply.content
-                service.work_off_queue()
+                service.process_queue()
                 continue
             slot, problem = rng.choice(assignment.generate_problems(student))
             part = rng.choice(problem.parts)
@@ -86,7 +86,7 @@ def test_export_is_graded_the_same(policy: str, seed: int) -> None:
             try:
                 assert import_class(service.classroom, "hw", out / "submitted")[0] > 0
                 assert import_class(service.classroom, "hw", out / "submitted") == (0, 0)
-                service.work_off_queue()
+                service.process_queue()
                 assert compute_lines(service) == lines
             finally:
                 (service.folder / "overrides.csv").unlink()

@@ -27,7 +27,13 @@ from qdot.grader.serve.frame_requests import FORM_TYPE
 from qdot.grader.serve.lti import launch, outbox
 from qdot.grader.serve.lti.connection import Connections, find_signing_key, renew_keys
 from qdot.grader.serve.lti.outbox import update_scores
-from qdot.grader.serve.lti.registering import PlatformAnswers, begin, connect, describe_steps, finish
+from qdot.grader.serve.lti.registering import (
+    PlatformAnswers,
+    begin_registration,
+    connect_course,
+    describe_registration_steps,
+    finish_registration,
+)
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, ScoreDelivery
 from tests.grader.serve.platform import AGS, CLAIM, MEMBERSHIP, TOOL, Platform, make_key
 from tests.support import DATA
@@ -152,7 +158,7 @@ def test_another_course_gets_nothing_before_it_is_connected(platform: Platform, 
     browser = Client()
     assert platform.launch(browser, user="eve", role=role, course="c2").status_code == 403
     assert "person" not in browser.session
-    connect(Classroom.objects.get(lti_context__id_on_platform="c2"))
+    connect_course(Classroom.objects.get(lti_context__id_on_platform="c2"))
     assert platform.launch(browser, user="eve", role=role, course="c2").status_code == 302
     assert set(_find_people("c2")) == {"eve"}
     assert set(_find_people()) == {"grace"}
@@ -402,8 +408,8 @@ def test_a_new_key_is_published_before_it_signs_and_an_old_one_stays_for_a_while
 
 def test_a_platform_registers_itself_once_at_the_address_that_was_printed(platform: Platform) -> None:
     LtiRegistration.objects.all().delete()
-    row = begin("moodle", platform.site)
-    assert f"/lti/register/{row.uuid}" in describe_steps("moodle", row, "")
+    row = begin_registration("moodle", platform.site)
+    assert f"/lti/register/{row.uuid}" in describe_registration_steps("moodle", row, "")
     query = {"openid_configuration": f"{platform.site}/openid", "registration_token": "once"}
     assert Client().get("/lti/register/00000000-0000-4000-8000-000000000000", query).status_code == 404
     assert Client().get(f"/lti/register/{row.uuid}", {"openid_configuration": "file:///etc/passwd"}).status_code == 400
@@ -417,7 +423,7 @@ def test_a_platform_registers_itself_once_at_the_address_that_was_printed(platfo
 
 def test_a_registration_asks_only_the_server_that_the_operator_named(platform: Platform) -> None:
     LtiRegistration.objects.all().delete()
-    row = begin("moodle", platform.site)
+    row = begin_registration("moodle", platform.site)
     internal = "http://169.254.169.254/latest"
     for address in (internal, f"{platform.site}.evil.example/openid", f"{platform.site}@evil.example/openid"):
         query = {"openid_configuration": address, "registration_token": "once"}
@@ -455,7 +461,7 @@ def test_a_platform_that_doesn_t_answer_holds_up_few_launches(platform: Platform
 
 
 def test_an_address_of_registration_works_for_a_week(platform: Platform) -> None:
-    row = begin("moodle", "https://other.example.edu")
+    row = begin_registration("moodle", "https://other.example.edu")
     LtiRegistration.objects.filter(pk=row.pk).update(datetime_created=timezone.now() - datetime.timedelta(days=8))
     query = {"openid_configuration": f"{platform.site}/openid", "registration_token": "once"}
     assert Client().get(f"/lti/register/{row.uuid}", query).status_code == 404
@@ -464,17 +470,17 @@ def test_an_address_of_registration_works_for_a_week(platform: Platform) -> None
 @pytest.mark.parametrize("kind", ["canvas", "moodle", "brightspace", "blackboard", "sakai"])
 def test_every_kind_of_platform_is_registered_by_hand(kind: str) -> None:
     site = "https://lms.example.edu"
-    row = begin(kind, site + "/")
-    words = describe_steps(kind, row, "qdot serve register hw")
+    row = begin_registration(kind, site + "/")
+    words = describe_registration_steps(kind, row, "qdot serve register hw")
     assert f"{TOOL}/lti/login/{row.uuid}" in words and f"{TOOL}/lti/keys" in words
     assert ("/lti/register/" in words) == (kind != "blackboard")
-    finished = finish(kind, PlatformAnswers(site, "abc"))
+    finished = finish_registration(kind, PlatformAnswers(site, "abc"))
     assert finished.is_active and finished.pk == row.pk and "{" not in finished.keyset_url + finished.auth_url
     with pytest.raises(QdotError, match="not registered yet"):
-        begin(kind, "https://second.example.edu")
-        finish(kind, PlatformAnswers("https://second.example.edu", "abc", issuer=finished.issuer))
+        begin_registration(kind, "https://second.example.edu")
+        finish_registration(kind, PlatformAnswers("https://second.example.edu", "abc", issuer=finished.issuer))
     with pytest.raises(QdotError, match="whole address"):
-        begin(kind, "lms.example.edu")
+        begin_registration(kind, "lms.example.edu")
 
 
 # --- deep linking ---

@@ -88,7 +88,7 @@ def test_marking_again_shows_what_changes_before_it_counts(service: Service) -> 
     write_settings("", PROBLEMS.replace("points = [1, 2, 1, 3]", "points = [1, 4, 1, 3]"))
     assert staff.get("/a/hw/class/results").json()["outdated"] == 1
     assert staff.send("POST", "/a/hw/class/regrade", {}).json()["waiting"] == 1
-    assert service.work_off_queue() == 1
+    assert service.process_queue() == 1
     state = staff.send("POST", "/a/hw/class/regrade", {}).json()
     changes = {change["part"]: (change["before"], change["after"]) for change in state["changes"]}
     assert changes == {"p1.jacobian": (2, 4), "": (before, before + 2)}
@@ -104,7 +104,7 @@ def test_the_changes_have_numbers_and_no_equal_marks(service: Service) -> None:
     staff = service.open_browser("staff:Grace")
     write_settings("", f'{PROBLEMS.replace(", points = [1, 2, 1, 3]", "")}[[problem]]\nfamily = "planar-2r"\n')
     staff.send("POST", "/a/hw/class/regrade", {})
-    service.work_off_queue()
+    service.process_queue()
     changes = staff.send("POST", "/a/hw/class/regrade", {}).json()["changes"]
     assert changes and {change["part"][:3] for change in changes} == {"p3."}
     assert {(change["before"], change["after"]) for change in changes} == {(None, 0)}
@@ -149,7 +149,7 @@ def test_backup_restores_everything(service: Service, tmp_path: Path) -> None:
     restore(tmp_path / "backup.zip")
     assert list(Submission.objects.values()) == before
     assert not Draft.objects.exists()
-    assert service.work_off_queue() == 1  # the queue is in the backup, too
+    assert service.process_queue() == 1  # the queue is in the backup, too
 
 
 def test_files_are_restored_into_any_folder_but_not_beside_another_secret(service: Service, tmp_path: Path) -> None:

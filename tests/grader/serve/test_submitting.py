@@ -11,7 +11,7 @@ from django_tasks_db.models import DBTaskResult
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.grader.grading.result import NotebookMarks
 from qdot.grader.serve import scores
-from qdot.grader.serve.marking_online import MAX_FAILURES, queue_forgotten
+from qdot.grader.serve.marking_online import MAX_FAILURES, queue_unmarked
 from qdot.grader.serve.models import Submission
 from qdot.grader.serve.server import reclaim_tasks
 from tests.support.serving import NOTEBOOK, Service, serve_class, set_clock
@@ -109,7 +109,7 @@ def test_a_notebook_is_graded_from_the_queue_and_its_answers_are_the_basis_of_ty
     number = reply.json()["submission"]
     assert browser.get(f"/a/hw/submissions/{number}").json()["state"] == "waiting"
     assert browser.answer("p1.why", "stretched").status_code == 409
-    assert service.work_off_queue() == 1
+    assert service.process_queue() == 1
     state = browser.get(f"/a/hw/submissions/{number}").json()
     assert state["state"] == "marked" and state["results"]["p1.jacobian"]["outcome"] == "correct"
     assert browser.answer("p1.why", "stretched").json()["results"]["p1.jacobian"]["outcome"] == "correct"
@@ -121,7 +121,7 @@ def test_an_imported_notebook_of_another_student_is_pointed_out_to_both_sides(se
     browser.upload("mine.ipynb", NOTEBOOK)
     notebook = write_notebook(service.assignment, "s002", make_correct_cells(service.assignment, "s002"))
     Submission.objects.update(content=notebook.encode())
-    service.work_off_queue()
+    service.process_queue()
     (note,) = browser.get("/a/hw/work").json()["notes"]
     assert note.startswith("This notebook was released to another student.") and note.endswith("wrong one.")
     notes = {
@@ -148,7 +148,7 @@ def test_a_file_that_is_no_notebook_takes_no_marks_away(
     browser.answer("p1.determinant", find_right_answer(service, "s001", "p1.determinant"))
     reply = browser.upload(name, content)
     assert reply.status_code == 415 and sentence in reply.json()["error"]
-    assert (service.work_off_queue(), browser.get("/a/hw/work").json()["score"]) == (0, 1)
+    assert (service.process_queue(), browser.get("/a/hw/work").json()["score"]) == (0, 1)
 
 
 def test_the_notebook_of_another_student_is_refused(service: Service) -> None:
@@ -172,7 +172,7 @@ def test_the_notebook_to_take_away_has_the_answers_and_the_page_those_of_the_not
     notebook = browser.get("/a/hw/notebook.ipynb").content
     with set_clock(timezone.now() + datetime.timedelta(seconds=5)):
         assert browser.upload("a.ipynb", notebook).status_code == 202
-        service.work_off_queue()
+        service.process_queue()
         work = browser.get("/a/hw/work").json()
         assert (work["score"], work["answers"]["p1.why"]) == (before["score"], answers["p1.why"])
         points, expected = ({name: part["points"] for name, part in page["results"].items()} for page in (work, before))
@@ -181,7 +181,7 @@ def test_the_notebook_to_take_away_has_the_answers_and_the_page_those_of_the_not
         assert browser.get("/a/hw/notebook.ipynb").content == notebook
     with set_clock(timezone.now() + datetime.timedelta(seconds=10)):
         browser.upload("b.ipynb", NOTEBOOK)
-        service.work_off_queue()
+        service.process_queue()
         assert browser.get("/a/hw/work").json()["answers"] == {"p1.position": "1"}
         results = browser.answer("p1.position", answers["p1.position"]).json()["results"]
         assert results["p1.position"]["outcome"] == "correct"
@@ -192,8 +192,8 @@ def test_what_a_killed_process_left_is_done_later(service: Service) -> None:
     browser.answer("p1.position", "theta1")
     Submission.objects.update(state="waiting", marks=None, received=NOW - datetime.timedelta(days=3650))
     for _ in range(2):  # it is queued once
-        queue_forgotten()
-    assert service.work_off_queue() == 1
+        queue_unmarked()
+    assert service.process_queue() == 1
     assert Submission.objects.get().state == "marked"
     browser.upload("a.ipynb", NOTEBOOK)
     for _ in range(MAX_FAILURES - 1):
@@ -213,7 +213,7 @@ def test_what_fails_again_and_again_is_left_ungraded(service: Service) -> None:
         row = DBTaskResult.objects.get(status="READY")
         row.claim("worker")
         row.set_failed(OSError("the database was gone"))
-        queue_forgotten()
+        queue_unmarked()
     assert (DBTaskResult.objects.count(), Submission.objects.get().state) == (MAX_FAILURES, "marked")
     assert service.open_browser("s001").get("/a/hw/work").json()["results"]["p1.position"]["points"] is None
 
@@ -302,6 +302,6 @@ def test_an_answer_that_is_not_judged_yet_uses_up_a_try() -> None:
             assert browser.answer("p2.determinant", "theta1 +").json()["state"] == "waiting"
             assert browser.answer("p2.determinant", "1").status_code == 409
         Submission.objects.update(received=NOW - datetime.timedelta(days=3650))
-        queue_forgotten()
-        service.work_off_queue()
+        queue_unmarked()
+        service.process_queue()
         assert browser.answer("p2.determinant", "1").status_code == 200
