@@ -21,8 +21,8 @@ GIT = ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", "-c", "init
 
 def git(*arguments: str | Path, cwd: Path | None = None) -> str:
     require_program("git", GIT_FROM)
-    done = subprocess.run([*GIT, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=True)
-    return done.stdout
+    process = subprocess.run([*GIT, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, check=True)
+    return process.stdout
 
 
 def push_to_new_repository(folder: Path, server: Path, name: str) -> Path:
@@ -41,7 +41,7 @@ def find_site_packages(environment: Path) -> Path:
 
 
 def lend_pip(environment: Path) -> None:
-    """Let an environment without pip use this one's."""
+    """Let an environment without pip use the pip of the environment that runs the tests."""
     spec = importlib.util.find_spec("pip")
     assert spec is not None and spec.origin is not None
     (find_site_packages(environment) / "pip").symlink_to(Path(spec.origin).parent)
@@ -54,8 +54,8 @@ def read_yaml(path: Path) -> Any:
 class Machine:
     """A CI machine: a fresh Python, and only the environment variables that are passed.
 
-    There is no package index: pip installs from files without dependencies. Afterwards this environment lends its
-    packages. It also lends pip, because installing pip takes seconds.
+    There is no package index: pip installs from files, without their dependencies. The environment that runs the tests
+    lends these afterwards. It also lends pip, because installing pip takes seconds.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -70,29 +70,28 @@ class Machine:
 
     def lend(self) -> None:
         libraries = [path for path in sys.path if Path(path).name == "site-packages"]
-        (find_site_packages(self.home / "python") / "lent.pth").write_text(
-            "".join(f"{path}\n" for path in libraries), "utf-8"
-        )
+        path_file = find_site_packages(self.home / "python") / "lent.pth"
+        path_file.write_text("".join(f"{library}\n" for library in libraries), "utf-8")
 
     def run(self, command: str, cwd: Path, **variables: str) -> subprocess.CompletedProcess[str]:
-        done = subprocess.run(
+        process = subprocess.run(
             ["bash", "-e", "-c", command], cwd=cwd, env={**self.variables, **variables}, capture_output=True, text=True
         )
         if " -m pip install " in command:
-            assert done.returncode == 0, done.stderr
+            assert process.returncode == 0, process.stderr
             self.lend()
-        return done
+        return process
 
 
-def list_github_steps(workflow: Path, known: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
+def list_github_steps(workflow: Path, repository_values: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
     """Return the commands of a workflow's only job, each with its environment variables.
 
-    `known` are the secrets and variables of the repository; missing ones are empty, as on GitHub.
+    `repository_values` has the repository's secrets and variables; missing ones are empty, as on GitHub.
     """
     (job,) = read_yaml(workflow)["jobs"].values()
 
     def fill(text: str) -> str:
-        return re.sub(r"\$\{\{ (?:secrets|vars)\.(\w+) \}\}", lambda steps: known.get(steps[1], ""), text)
+        return re.sub(r"\$\{\{ (?:secrets|vars)\.(\w+) \}\}", lambda match: repository_values.get(match[1], ""), text)
 
     steps = []
     for step in job["steps"]:

@@ -25,12 +25,12 @@ def bare(name: str) -> Path:
     return STATE / "repositories" / f"{name}.git"
 
 
-def api(known: dict[str, Any]) -> int:
+def api(state: dict[str, Any]) -> int:
     if ARGUMENTS[1] == "--include":
-        print(f"HTTP/2.0 200 OK\r\nX-Oauth-Scopes: {known['scopes']}\r\n\r\n{{}}")
+        print(f"HTTP/2.0 200 OK\r\nX-Oauth-Scopes: {state['scopes']}\r\n\r\n{{}}")
         return 0
     path = next(word for word in ARGUMENTS[1:] if word.startswith("repos/"))
-    if "/collaborators/" in path and path.rpartition("/")[2] not in known["logins"]:
+    if "/collaborators/" in path and path.rpartition("/")[2] not in state["logins"]:
         return fail("gh: Not Found (HTTP 404)")
     if "/issues" in path:
         opened = STATE / "issue"
@@ -41,13 +41,13 @@ def api(known: dict[str, Any]) -> int:
 
 
 def main() -> int:
-    known = json.loads((STATE / "known.json").read_text())
+    state = json.loads((STATE / "known.json").read_text())
     text = sys.stdin.read() if ARGUMENTS[:2] == ["secret", "set"] else ""
     with (STATE / "calls.jsonl").open("a") as calls:
         calls.write(json.dumps({"call": ARGUMENTS, "stdin": text}) + "\n")
     match ARGUMENTS[:2]:
         case ["auth", "status"]:
-            return 0 if known["logged_in"] else fail("You are not logged into any GitHub hosts.")
+            return 0 if state["logged_in"] else fail("You are not logged into any GitHub hosts.")
         case ["auth", "git-credential"]:
             return 0
         case ["repo", "view"]:
@@ -57,7 +57,7 @@ def main() -> int:
         case ["repo", "create"]:
             subprocess.run(["git", "init", "--quiet", "--bare", bare(ARGUMENTS[2])], check=True)
         case ["api", _]:
-            return api(known)
+            return api(state)
         case ["secret", "set"]:
             if not bare(option("--repo")).exists():
                 return fail("HTTP 404: Not Found")

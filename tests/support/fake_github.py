@@ -1,6 +1,4 @@
-"""Imitate GitHub's API on a local socket, for tests with the real gh.
-
-Record the repositories, settings and invitations that gh sends.
+"""Imitate GitHub's API on a local socket, and record the repositories, settings and invitations that the real gh sends.
 
 gh talks to the host github.localhost over plain HTTP through the socket in its configuration. Repositories are real
 Git repositories.
@@ -28,7 +26,7 @@ NOT_FOUND: Answer = (404, {"message": "Not Found"})
 class GitHub:
     """An organisation and the existing logins. `scopes` are the scopes of gh's token.
 
-    `sealed` holds the names of each repository's secrets; no test can open what gh has sealed.
+    `sealed` has the names of each repository's secrets. Their values are missing, because gh encrypts them.
     """
 
     folder: Path
@@ -61,8 +59,8 @@ class GitHub:
         for pattern, handle in self._routes.items():
             match = re.fullmatch(pattern, f"{method} {path}")
             if match is not None:
-                known = not match[1].count("/") or self.bare(match[1]).exists()
-                return handle(sent, *match.groups()) if known else NOT_FOUND
+                exists = "/" not in match[1] or self.bare(match[1]).exists()
+                return handle(sent, *match.groups()) if exists else NOT_FOUND
         return (200, {}) if path == "/" else NOT_FOUND
 
     @property
@@ -135,7 +133,7 @@ class GitHub:
         return 201, {}
 
     def _list_issues(self, name: str) -> Any:
-        return [{"title": title, "number": at} for at, title in enumerate(self.issues.get(name, []), start=1)]
+        return [{"title": title, "number": number} for number, title in enumerate(self.issues.get(name, []), start=1)]
 
     def _open_issue(self, sent: Mapping[str, Any], name: str) -> Answer:
         self.issues.setdefault(name, []).append(sent["title"])

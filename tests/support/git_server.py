@@ -60,20 +60,20 @@ class Server:
         }  # fmt: skip
 
     def answer(self, path: str, query: Mapping[str, list[str]]) -> list[Any] | None:
-        kind, *parts = path.strip("/").split("/")
-        if kind == "repos" and parts[2:] == ["activity"]:
+        collection, *parts = path.strip("/").split("/")
+        if collection == "repos" and parts[2:] == ["activity"]:
             branch = query["ref"][0].removeprefix("refs/heads/")
             pushes = self.pushes.get("/".join(parts[:2]))
             return pushes and [
-                {"after": commit, "timestamp": moment, "ref": f"refs/heads/{on}", "activity_type": "push"}
-                for on, commit, moment in reversed(pushes)
-                if on == branch
+                {"after": commit, "timestamp": moment, "ref": f"refs/heads/{pushed_branch}", "activity_type": "push"}
+                for pushed_branch, commit, moment in reversed(pushes)
+                if pushed_branch == branch
             ]
-        if kind == "projects" and parts[1:] == ["events"]:
+        if collection == "projects" and parts[1:] == ["events"]:
             pushes = self.pushes.get(unquote(parts[0]))
             return pushes and [
-                {"created_at": moment, "push_data": {"ref": on, "ref_type": "branch", "commit_to": commit}}
-                for on, commit, moment in reversed(pushes)
+                {"created_at": moment, "push_data": {"ref": pushed_branch, "ref_type": "branch", "commit_to": commit}}
+                for pushed_branch, commit, moment in reversed(pushes)
             ]
         return None
 
@@ -108,9 +108,9 @@ class _Api(BaseHTTPRequestHandler):
             self._respond(404)
         else:
             page = int(query.get("page", ["1"])[0])
-            here, rest = entries[PAGE * (page - 1) : PAGE * page], entries[PAGE * page :]
+            entries_on_page, later_entries = entries[PAGE * (page - 1) : PAGE * page], entries[PAGE * page :]
             following = f"{self.host.api}{url.path}?{url.query.split('&page=')[0]}&page={page + 1}"
-            self._respond(200, here, {"Link": f'<{following}>; rel="next"'} if rest else {})
+            self._respond(200, entries_on_page, {"Link": f'<{following}>; rel="next"'} if later_entries else {})
 
     def do_PATCH(self) -> None:
         content = json.loads(self.rfile.read(int(self.headers["Content-Length"])))

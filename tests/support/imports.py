@@ -33,11 +33,11 @@ def list_imported_names(path: Path) -> set[str]:
 
 def list_reached_files(names: Iterable[str]) -> set[Path]:
     """Return the files of the checkout that these modules import, directly or indirectly, including their own."""
-    waiting, files = list(names), set[Path]()
-    while waiting:
-        name = waiting.pop()
+    names_to_visit, files = list(names), set[Path]()
+    while names_to_visit:
+        name = names_to_visit.pop()
         path = find_module_file(name)
         if path is not None and path not in files:
             files.add(path)
-            waiting += [*list_imported_names(path), name.rpartition(".")[0]]
+            names_to_visit += [*list_imported_names(path), name.rpartition(".")[0]]
     return files

@@ -43,8 +43,8 @@ def judge_singular(
     student: str, reference: Sequence[str], joints: Sequence[str], domain: Domain, seed: str,
     rounding: Rounding | None = None,
 ) -> Judgement:  # fmt: skip
-    pieces = [parse_formula(text, domain.roles) for text in reference]
-    expected = formulas.group_by_joints(pieces, joints)
+    trees = [parse_formula(text, domain.roles) for text in reference]
+    expected = formulas.group_by_joints(trees, joints)
     answer = read_conditions(student, domain)
     return answer.refusal or formulas.judge_singular(answer, expected, joints, domain, seed, rounding)
 
@@ -63,19 +63,19 @@ def judge_direction(
     return answer.refusal or formulas.judge_direction(answer, expected, domain, seed, tolerance)
 
 
-def judge_choice(student: str, options: Sequence[str], right: int) -> Judgement:
+def judge_choice(student: str, options: Sequence[str], correct_index: int) -> Judgement:
     answer = choices.read_choice(student, options)
-    return answer.refusal or choices.judge_choice(answer, options, right)
+    return answer.refusal or choices.judge_choice(answer, options, correct_index)
 
 
-def judge_selection(student: str, options: int, right: Sequence[int]) -> Judgement:
+def judge_selection(student: str, options: int, correct_indices: Sequence[int]) -> Judgement:
     answer = choices.read_selection(student, options)
-    return answer.refusal or choices.judge_selection(answer, options, right)
+    return answer.refusal or choices.judge_selection(answer, options, correct_indices)
 
 
-def judge_matching(student: str, items: Sequence[str], options: int, right: Sequence[int]) -> Judgement:
+def judge_matching(student: str, items: Sequence[str], options: int, correct_indices: Sequence[int]) -> Judgement:
     answer = choices.read_matching(student, items, options)
-    return answer.refusal or choices.judge_matching(answer, items, right)
+    return answer.refusal or choices.judge_matching(answer, items, correct_indices)
 
 
 def diagnose(problem: Problem, part: Part, text: str, seed: str, functions_seed: str = "") -> Diagnosis | None:

@@ -50,11 +50,7 @@ def _make_python_readable() -> None:
 
 
 def run_restricted(
-    refused: Collection[str],
-    program: list[str],
-    user: int | None = None,
-    home: Path | None = None,
-    timeout: float = 120,
+    refused: Collection[str], program: list[str], user: int | None = None, home: Path | None = None
 ) -> "subprocess.CompletedProcess[str]":
     def restrict_process() -> None:
         if user == DOCKERS_ROOT:
@@ -73,6 +69,6 @@ def run_restricted(
 
     environment = {**os.environ, **({"TMPDIR": str(home), "HOME": str(home)} if home else {})}
     return subprocess.run(
-        [sys.executable, *program], capture_output=True, text=True, timeout=timeout,
+        [sys.executable, *program], capture_output=True, text=True, timeout=120,
         preexec_fn=restrict_process, env=environment, cwd=Path(__file__).parents[2],
     )  # fmt: skip

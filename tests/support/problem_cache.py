@@ -39,25 +39,21 @@ def get_cache_folder() -> Path | None:
     if os.environ.get("QDOT_KEPT") == "0":
         return None
     digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())
-    data = [path for kind in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{kind}")]
+    data = [path for suffix in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{suffix}")]
     for path in sorted({*list_reached_files(["qdot.exercises.generation"]), *data}):
         digest.update(path.read_bytes())
-    current = CACHE / digest.hexdigest()[:20]
-    current.mkdir(parents=True, exist_ok=True)
-    os.utime(current)
-    for old in sorted(CACHE.iterdir(), key=lambda path: path.stat().st_mtime)[:-MAX_DIGESTS]:
-        shutil.rmtree(old, ignore_errors=True)
-    return current
+    folder = CACHE / digest.hexdigest()[:20]
+    folder.mkdir(parents=True, exist_ok=True)
+    os.utime(folder)
+    for old_folder in sorted(CACHE.iterdir(), key=lambda path: path.stat().st_mtime)[:-MAX_DIGESTS]:
+        shutil.rmtree(old_folder, ignore_errors=True)
+    return folder
 
 
 def _get_cache_path(identity: ProblemId) -> Path | None:
     folder = get_cache_folder()
-    return (
-        None
-        if folder is None
-        else folder
-        / f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}{identity.twist_order}.pickle"
-    )
+    name = f"{identity.family}-{identity.seed}-{identity.variation}{identity.convention}{identity.twist_order}.pickle"
+    return None if folder is None else folder / name
 
 
 def load_problem(identity: ProblemId) -> Problem:
@@ -74,9 +70,8 @@ def load_problem(identity: ProblemId) -> Problem:
 
 
 def cache_problems(identities: Sequence[ProblemId]) -> int:
-    missing = [
-        identity for identity in identities if (path := _get_cache_path(identity)) is not None and not path.exists()
-    ]
+    paths = {identity: _get_cache_path(identity) for identity in identities}
+    missing = [identity for identity, path in paths.items() if path is not None and not path.exists()]
     if missing:
         with Pool() as pool:
             for _ in pool.imap_unordered(load_problem, missing):

@@ -83,7 +83,7 @@ def list_rare_questions() -> set[str]:
 def sample_parts(problem: Problem) -> list[Part]:
     """Return the rare questions and a third of the other parts, a different third for each family.
 
-    For arms with six or seven joints, only `make whole` takes a third; otherwise it is a sixth.
+    For arms with six or seven joints, the share is a third only in `make whole`, and otherwise a sixth.
     """
     step = select_for_suite(6, 3) if problem.id.family in LONG_ARMS else 3
     first = (list(FAMILIES).index(problem.id.family) + problem.id.seed) % step
@@ -95,13 +95,11 @@ def _assign_questions() -> dict[str, frozenset[str]]:
     """Assign every question to two of the families in SHAPES, those with the fewest questions so far."""
     assigned: dict[str, list[str]] = {family: [] for family in SHAPES.values()}
     rarest = sorted(QUESTIONS, key=lambda name: sum(name in list_questions_of_family(family) for family in assigned))
+    fixed_families = [family for family in assigned if not FAMILIES[family].has_varied_structure]
     for name in rarest:
-        can = [
-            family
-            for family in assigned
-            if name in list_questions_of_family(family) and not FAMILIES[family].has_varied_structure
-        ]
-        for family in sorted(can, key=lambda family: len(assigned[family]) * (3 if family in LONG_ARMS else 1))[:2]:
+        candidates = [family for family in fixed_families if name in list_questions_of_family(family)]
+        candidates.sort(key=lambda family: len(assigned[family]) * (3 if family in LONG_ARMS else 1))
+        for family in candidates[:2]:
             assigned[family].append(name)
     return {family: frozenset(names) for family, names in assigned.items()}
 

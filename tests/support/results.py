@@ -29,25 +29,16 @@ def make_part(
 
 
 def make_result(
-    assignment: Assignment,
-    student: str,
-    outcomes: Sequence[str] = (),
-    answers: Sequence[str | None] = (),
+    assignment: Assignment, student: str, outcomes: Sequence[str] = (), answers: Sequence[str | None] = (),
     **others: Any,
-) -> Result:
+) -> Result:  # fmt: skip
     """Return a student's result with one outcome per part, in order. No outcomes mean that nothing was submitted."""
     outcome, answer = iter(outcomes or ["missing"] * 99), iter([*answers, *[None] * 99])
-    problems = tuple(
-        ProblemResult(
-            str(assignment.make_problem_id(slot, student)),
-            slot.name,
-            tuple(
-                make_part(name, next(outcome), points, next(answer))
-                for name, points in zip(slot.questions, slot.max_points, strict=True)
-            ),
-        )
-        for slot in assignment.slots
-    )
+    problems = list[ProblemResult]()
+    for slot in assignment.slots:
+        names_and_points = zip(slot.questions, slot.max_points, strict=True)
+        slot_parts = [make_part(name, next(outcome), points, next(answer)) for name, points in names_and_points]
+        problems.append(ProblemResult(str(assignment.make_problem_id(slot, student)), slot.name, tuple(slot_parts)))
     parts = [part for problem in problems for part in problem.parts]
     result = Result(
         student=student,
@@ -57,24 +48,20 @@ def make_result(
         max_score=sum_points(part.max_points for part in parts),
         late=None,
         obstacle=None if outcomes else "nothing was submitted",
-        problems=problems,
+        problems=tuple(problems),
     )
     return replace(result, **others)
 
 
-def change_part(of: Result, part_name: str, **changes: Any) -> Result:
+def change_part(result: Result, part_name: str, **changes: Any) -> Result:
     """Return a result with changes to one part, such as "p1.jacobian"; its sums stay unchanged."""
-    problems = (
-        replace(
-            problem, parts=tuple(_change_if_named(problem.slot, part, part_name, changes) for part in problem.parts)
-        )
-        for problem in of.problems
-    )
-    return replace(of, problems=tuple(problems))
-
-
-def _change_if_named(slot: str, part: PartResult, name: str, changes: dict[str, Any]) -> PartResult:
-    return replace(part, **changes) if f"{slot}.{part.name}" == name else part
+    problems = list[ProblemResult]()
+    for problem in result.problems:
+        names = [f"{problem.slot}.{part.name}" for part in problem.parts]
+        pairs = zip(names, problem.parts, strict=True)
+        parts = (replace(part, **changes) if name == part_name else part for name, part in pairs)
+        problems.append(replace(problem, parts=tuple(parts)))
+    return replace(result, problems=tuple(problems))
 
 
 def index_by_student(results: Iterable[Result]) -> dict[str, Result]:

@@ -46,11 +46,11 @@ class RunningService:
     def register(self, platform: Any) -> str:
         platform.tool, site = self.url, platform.site
         command = ("register", str(self.folder), "--platform", "moodle", "--site", site)
-        found = re.search(r"http\S+/lti/login/\S+", self.call(*command))
+        match = re.search(r"http\S+/lti/login/\S+", self.call(*command))
         addresses = ("--auth-url", f"{site}/auth", "--token-url", f"{site}/token", "--keys-url", f"{site}/keys")
         self.call(*command, "--client-id", platform.client_id, *addresses)
-        assert found is not None
-        return found[0]
+        assert match is not None
+        return match[0]
 
     def start(self) -> None:
         command = [*QDOT, "serve", str(self.folder), "--port", str(self.port), "--jobs", str(self.jobs)]

@@ -11,10 +11,10 @@ from qdot.exercises.solve.time_limited import write_solution
 SECONDS = 600.0
 
 
-def solve_to_text(chain: Chain, form: str) -> str:
-    """Return the output of `qdot solve` for a chain: "text", "latex" or "json"."""
+def solve_to_text(chain: Chain, output_format: str) -> str:
+    """Return the output of `qdot solve` for a chain in a format: "text", "latex" or "json"."""
     chunks: list[str] = []
-    write_solution(Robot(chain), form, SECONDS, chunks.append, lambda _: nullcontext())
+    write_solution(Robot(chain), output_format, SECONDS, chunks.append, lambda _: nullcontext())
     return "".join(chunks)
 
 

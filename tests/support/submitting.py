@@ -67,7 +67,7 @@ def work_in_one_process() -> Iterator[None]:
     """Do all work in this process and in one open sandbox, because starting either takes longer than grading."""
     with (
         patch("qdot.exercises.common.parallel._run_pool", _run_in_process),
-        patch("qdot.grader.grading.batch.Sandbox", _sandbox),
+        patch("qdot.grader.grading.batch.Sandbox", open_shared_sandbox),
         patch("qdot.grader.grading.batch._GradingWorker.close", lambda _: None),
     ):  # fmt: skip
         yield
@@ -82,7 +82,7 @@ def _run_in_process(
 
 
 @cache
-def _sandbox(limits: Limits, strict: bool) -> Sandbox:
+def open_shared_sandbox(limits: Limits, strict: bool) -> Sandbox:
     sandbox = Sandbox(limits, strict=strict)
     atexit.register(sandbox.close)
     return sandbox
@@ -93,8 +93,8 @@ def code_cell(source: str, part: str | None = None) -> dict[str, Any]:
     return {"cell_type": "code", "metadata": metadata, "source": source, "outputs": [], "execution_count": None}
 
 
-def text_cell(source: str, kind: str = "markdown") -> dict[str, Any]:
-    return {"cell_type": kind, "metadata": {}, "source": source}
+def text_cell(source: str, cell_type: str = "markdown") -> dict[str, Any]:
+    return {"cell_type": cell_type, "metadata": {}, "source": source}
 
 
 def make_correct_cells(assignment: Assignment, student: str) -> Cells:
@@ -143,9 +143,8 @@ def grade(
     """Grade all students; return their results, and the submissions that were found."""
     with open_submissions(submissions or assignment.folder / "submitted") as root, work_in_one_process():
         submissions_found = find_submissions(assignment, root)
-        results = grade_class(
-            assignment, submissions_found.by_student, 0, Limits(seconds=seconds, cell_seconds=4), lambda _: None
-        )
+        limits = Limits(seconds=seconds, cell_seconds=4)
+        results = grade_class(assignment, submissions_found.by_student, 0, limits, lambda _: None)
     return {result.student: result for result in results}, submissions_found
 
 

@@ -1,8 +1,9 @@
 """Choose the tests, families and problems of the three suites: `make check`, `make test` and `make whole`.
 
 Only QDOT_SUITE, the name of the suite, chooses tests: a suite runs the same tests every day and on every machine. `make
-whole` runs all tests, and those that depend on the arm on every family. `make test` leaves out tests marked `whole` or
-`integration`, and takes the ten families of SHAPES. `make check` runs the tests of EXAMPLES, each on one family.
+whole` runs all tests, and runs those that depend on the arm on every family. `make test` leaves out tests marked
+`whole` or `integration`, and uses the ten families of SHAPES. `make check` runs the tests of EXAMPLES, each on one
+family.
 """
 
 import os
@@ -46,13 +47,13 @@ def classify_shape(chain: Chain, is_random: bool) -> str:
     return f"{space}, square" if len(chain.task) == chain.n else f"{space}, not square"
 
 
-def select_for_suite(few: Value, all_of_them: Value) -> Value:
-    """Return `few`, or `all_of_them` in `make whole`."""
-    return all_of_them if WHOLE else few
+def select_for_suite(value: Value, value_in_whole: Value) -> Value:
+    """Return `value`, or in `make whole` `value_in_whole`."""
+    return value_in_whole if WHOLE else value
 
 
 def select_families(among: Iterable[str] = tuple(FAMILIES)) -> list[str]:
-    """Return the families of `among` that the suite runs: all, those in SHAPES, or one, but always at least one."""
+    """Return the families of `among` that the suite runs: all, or those in SHAPES, or only one, but at least one."""
     names = list(among)
     if WHOLE:
         return names
@@ -75,14 +76,14 @@ few_or_all_families = pytest.mark.families(select_for_suite(FEW, tuple(FAMILIES)
 """Run a test on the families FEW, in `make whole` on all. Use it for slow tests of texts or questions about an arm."""
 
 
-def sample_for_suite(values: Iterable[Value], most: int) -> list[Value]:
-    """Return at most `most` values, spread evenly; in `make whole` return all."""
-    listed = list(values)
-    return listed if WHOLE else listed[:: -(-len(listed) // most)]
+def sample_for_suite(values: Iterable[Value], max_count: int) -> list[Value]:
+    """Return at most `max_count` values, spread evenly; in `make whole` return all."""
+    all_values = list(values)
+    return all_values if WHOLE else all_values[:: -(-len(all_values) // max_count)]
 
 
 def make_family_params(names: Iterable[str]) -> list[object]:
-    """Return families as parameters; all tests of a family run in one process, which derives its structures once."""
+    """Return families as parameters. All tests of a family run in one process, so its structures are derived once."""
     return [pytest.param(name, marks=pytest.mark.xdist_group(name)) for name in names]
 
 

@@ -1,9 +1,9 @@
 """Archive a class that this version generates and grades, and all names that later versions must keep.
 
-    python -m tests.tools.archive               rewrites tests/data/archives/unreleased python -m tests.tools.archive
-    1.0.0         writes the archive of a release, which never changes again python -m tests.tools.archive --check
-    v1.0.0 checks that the archive of a tag is what this version writes; without a tag, checks that an archive can be
-    written
+    python -m tests.tools.archive                   rewrite tests/data/archives/unreleased
+    python -m tests.tools.archive 1.0.0             write the archive of a release, which never changes again
+    python -m tests.tools.archive --check v1.0.0    check that this version writes the archive of a tag
+    python -m tests.tools.archive --check           check that an archive can be written
 
 `tests/repository/test_compatibility.py` checks every later version against all archives. Instead of the released
 notebooks, an archive has certificates with a digest of every problem and cell; submissions contain code cells only.
@@ -49,7 +49,7 @@ SCHEMAS = ROOT / "docs" / "schemas"
 UNRELEASED = "unreleased"
 """The archive that is rewritten whenever ENGINE or GRADER_VERSION increases before a release."""
 CLASS_FILES = ("assignment.toml", "roster.csv", "secret.txt", "arm.toml", OVERRIDES_FILE)
-"""What an instructor writes. The class of every archive is that of the unreleased one."""
+"""The files that an instructor writes. Every new archive gets those of the unreleased one."""
 RECEIVED = 1_700_000_000
 WRONG = {
     "p1.jacobian": "p1_jacobian = Matrix([[-a1*sin(theta1), 0], [a1*cos(theta1), 0]])",
@@ -118,10 +118,8 @@ def _generate_and_grade_class(folder: Path) -> None:
         submitted = folder / "submitted" / student.id / f"{assignment.key}.ipynb"
         submitted.parent.mkdir(parents=True)
         solved["metadata"]["qdot"]["kind"] = "student"
-        content = {
-            **solved,
-            "cells": [_make_submitted_cell(cell, student.id) for cell in solved["cells"] if _is_answered(cell)],
-        }
+        cells = [cell for cell in solved["cells"] if _is_answered(cell)]
+        content = {**solved, "cells": [_make_submitted_cell(cell, student.id) for cell in cells]}
         submitted.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
         os.utime(submitted, (RECEIVED, RECEIVED))
     submissions = find_submissions(assignment, folder / "submitted")

@@ -45,57 +45,58 @@ from qdot.exercises.writing.solution_steps import SingularComponent
 FAMILIES = ("random-2", "random-3", "random-4")
 LENGTHS = ("1/5", "1/5", "3/10", "1/2", "7/10")
 """A few lengths, so that many are equal or add up to another."""
-OBLIQUE = (30, 45, 60, 40, 135, -30, -75)
+OBLIQUE_TWISTS = (30, 45, 60, 40, 135, -30, -75)
 SLACK = 10.0
 """Seconds of processor time allowed for writing the results after the time limit."""
-STARTS = 30
+SEARCH_COUNT = 30
 
 
 # --- arms ---
 
 
-def arms(count: int, seed: str) -> Iterator[Robot]:
+def generate_arms(count: int, seed: str) -> Iterator[Robot]:
     for number in range(count):
-        yield arm(number, seed)
+        yield generate_arm(number, seed)
 
 
-def arm(number: int, seed: str) -> Robot:
+def generate_arm(number: int, seed: str) -> Robot:
     name = f"{seed}/{number}"
-    draws = Stream(f"arms/{name}")
-    n = draws.choice((1, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7))
-    is_open = draws.integer_below(3) == 0
-    joints = tuple(_joint(draws, i, is_open, oblique=draws.integer_below(4) == 0) for i in range(1, n + 1))
+    rng = Stream(f"arms/{name}")
+    n = rng.choice((1, 2, 2, 3, 3, 3, 4, 4, 5, 6, 7))
+    is_open = rng.integer_below(3) == 0
+    joints = tuple(_generate_joint(rng, i, is_open, oblique=rng.integer_below(4) == 0) for i in range(1, n + 1))
     tool = None
-    if draws.integer_below(4) == 0:
-        tool = Point(draws.choice(range(1, n + 1)), tuple(_length(draws, is_open, "b") for _ in range(3)))
-    base = Base(yaw=sp.pi / 6, tilt=draws.choice((sp.S.Zero, sp.pi / 2))) if draws.integer_below(5) == 0 else Base()
+    if rng.integer_below(4) == 0:
+        tool = Point(rng.choice(range(1, n + 1)), tuple(_generate_length(rng, is_open, "b") for _ in range(3)))
+    base = Base(yaw=sp.pi / 6, tilt=rng.choice((sp.S.Zero, sp.pi / 2))) if rng.integer_below(5) == 0 else Base()
     chain = Chain(name, joints, ("vx",), base, tool, name)
-    return Robot(chain.with_task(*_task(chain, draws)))
+    return Robot(chain.with_task(*_choose_task(chain, rng)))
 
 
-def _joint(draws: Stream, i: int, is_open: bool, oblique: bool) -> Joint:
-    alpha = draws.choice(OBLIQUE if oblique and draws.integer_below(2) else (0, 0, 90, -90, 90, 180)) * sp.pi / 180
-    is_prismatic, a, d = draws.integer_below(4) == 0, _length(draws, is_open, "a"), _length(draws, is_open, "d")
-    offset = draws.choice((0, 0, 0, 90, 180, 30)) * sp.pi / 180
+def _generate_joint(rng: Stream, i: int, is_open: bool, oblique: bool) -> Joint:
+    alpha = rng.choice(OBLIQUE_TWISTS if oblique and rng.integer_below(2) else (0, 0, 90, -90, 90, 180)) * sp.pi / 180
+    is_prismatic = rng.integer_below(4) == 0
+    a, d = _generate_length(rng, is_open, "a"), _generate_length(rng, is_open, "d")
+    offset = rng.choice((0, 0, 0, 90, 180, 30)) * sp.pi / 180
     if is_prismatic:
-        theta = draws.choice((0, 0, 90, 45 if oblique else 0)) * sp.pi / 180
-        return Joint("P", theta, sp.Symbol(f"d{i}") + draws.choice((0, 0, sp.Rational(1, 10))), a, alpha)
+        theta = rng.choice((0, 0, 90, 45 if oblique else 0)) * sp.pi / 180
+        return Joint("P", theta, sp.Symbol(f"d{i}") + rng.choice((0, 0, sp.Rational(1, 10))), a, alpha)
     return Joint("R", sp.Symbol(f"theta{i}") + offset, d, a, alpha)
 
 
-def _length(draws: Stream, is_open: bool, letter: str) -> sp.Expr:
-    if draws.integer_below(5) < 2:
+def _generate_length(rng: Stream, is_open: bool, letter: str) -> sp.Expr:
+    if rng.integer_below(5) < 2:
         return sp.S.Zero
-    if is_open and draws.integer_below(3):
-        return sp.Symbol(f"{letter if letter != 'd' else 'h'}{1 + draws.integer_below(3)}")
-    return sp.Rational(draws.choice(LENGTHS)) * draws.choice((1, 1, 1, -1))
+    if is_open and rng.integer_below(3):
+        return sp.Symbol(f"{letter if letter != 'd' else 'h'}{1 + rng.integer_below(3)}")
+    return sp.Rational(rng.choice(LENGTHS)) * rng.choice((1, 1, 1, -1))
 
 
-def _task(chain: Chain, draws: Stream) -> tuple[str, ...]:
-    usual = choose_default_task(chain)
-    if draws.integer_below(3) or len(usual) == 1:
-        return usual
-    return tuple(row for row in VELOCITY_NAMES if row in usual and draws.integer_below(4)) or usual
+def _choose_task(chain: Chain, rng: Stream) -> tuple[str, ...]:
+    default_task = choose_default_task(chain)
+    if rng.integer_below(3) or len(default_task) == 1:
+        return default_task
+    return tuple(row for row in VELOCITY_NAMES if row in default_task and rng.integer_below(4)) or default_task
 
 
 # --- false statements ---
@@ -111,38 +112,38 @@ class Outcome:
 
 
 def check_arm(robot: Robot, seconds: float) -> Outcome:
-    written: list[str] = []
-    before = time.process_time()
-    write_solution(robot, "json", seconds, written.append, lambda _: nullcontext())
-    elapsed = time.process_time() - before
-    content = json.loads("".join(written))
+    chunks: list[str] = []
+    start_time = time.process_time()
+    write_solution(robot, "json", seconds, chunks.append, lambda _: nullcontext())
+    elapsed = time.process_time() - start_time
+    content = json.loads("".join(chunks))
     missing = tuple(content.get("missing", ()))
     singular = () if missing else solve(robot.chain).singular or ()
-    false = [
+    false_statements = [
         *_find_false_formulas(robot.chain, content, missing),
         *_find_false_descriptions(robot.chain, singular, content),
     ]
     if elapsed > seconds + SLACK:
-        false.append(f"it took {elapsed:.1f} s of the {seconds:g} s allowed")
+        false_statements.append(f"it took {elapsed:.1f} s of the {seconds:g} s allowed")
     if missing and "All results given here are complete." not in content["note"]:
-        false.append("a result is missing, but the note doesn't say so")
-    return Outcome(tuple(false), missing, elapsed)
+        false_statements.append("a result is missing, but the note doesn't say so")
+    return Outcome(tuple(false_statements), missing, elapsed)
 
 
 def _find_false_formulas(chain: Chain, content: Mapping[str, Any], missing: Sequence[str]) -> Iterator[str]:
-    draws = Stream(f"looked at/{chain.name}")
+    rng = Stream(f"looked at/{chain.name}")
     for _ in range(3):
-        values = {s.name: 0.3 + draws.integer_below(900) / 1000 for s in chain.parameters}
-        joints = {q.name: draws.uniform(-3, 3) for q in chain.q}
-        arm, q = NumericChain(chain, values), np.array([joints[s.name] for s in chain.q])
-        known = {**values, **joints}
-        jacobian = arm.compute_jacobian(q)
-        yield from _compare("the position", content["position"], arm.compute_point(q), known)
-        yield from _compare("the Jacobian of the point", content["jacobian"], jacobian[:3], known)
-        yield from _compare("the geometric Jacobian", content["geometric_jacobian"], jacobian, known)
+        values = {s.name: 0.3 + rng.integer_below(900) / 1000 for s in chain.parameters}
+        joints = {q.name: rng.uniform(-3, 3) for q in chain.q}
+        numeric_arm, q = NumericChain(chain, values), np.array([joints[s.name] for s in chain.q])
+        symbol_values = {**values, **joints}
+        jacobian = numeric_arm.compute_jacobian(q)
+        yield from _compare("the position", content["position"], numeric_arm.compute_point(q), symbol_values)
+        yield from _compare("the Jacobian of the point", content["jacobian"], jacobian[:3], symbol_values)
+        yield from _compare("the geometric Jacobian", content["geometric_jacobian"], jacobian, symbol_values)
         rows = [VELOCITY_NAMES.index(row) for row in chain.task]
         if content["determinant"] is not None:
-            yield from _compare("det J", content["determinant"], np.linalg.det(jacobian[rows]), known)
+            yield from _compare("det J", content["determinant"], np.linalg.det(jacobian[rows]), symbol_values)
     if "singular" not in missing:
         yield from _find_false_conditions(chain, content, "tested" in missing)
 
@@ -155,18 +156,19 @@ def _compare(name: str, printed: Any, expected: Any, values: Mapping[str, float]
 def _evaluate(printed: Any, values: Mapping[str, float]) -> Any:
     if isinstance(printed, list):
         return np.array([_evaluate(entry, values) for entry in printed])
-    return complex(
-        sp.N(_parse(printed).xreplace({sp.Symbol(name): sp.Float(value, 20) for name, value in values.items()}))
-    ).real
+    replacements = {sp.Symbol(name): sp.Float(value, 20) for name, value in values.items()}
+    return complex(sp.N(_parse(printed).xreplace(replacements))).real
 
 
 def _parse(text: str) -> sp.Expr:
     return to_sympy(parse_formula(text))
 
 
-def _find_false_conditions(chain: Chain, content: Mapping[str, Any], untested: bool) -> Iterator[str]:
-    """Yield false statements about a singular set. If it is `untested`, it need not report conditions without
-    samples."""
+def _find_false_conditions(chain: Chain, content: Mapping[str, Any], is_untested: bool) -> Iterator[str]:
+    """Yield false statements about a singular set.
+
+    If the set `is_untested`, the output need not report conditions without samples.
+    """
     note = content.get("note", "")
     if content["singular"] is None:
         if "every configuration" in note and not _loses_rank_everywhere(chain):
@@ -174,19 +176,17 @@ def _find_false_conditions(chain: Chain, content: Mapping[str, Any], untested: b
         return
     parts = content["singular"]
     conditions = [[_parse(text) for text in part["conditions"]] for part in parts]
-    loss = check_rank_loss(chain, conditions, STARTS)
+    loss = check_rank_loss(chain, conditions, SEARCH_COUNT)
     for k in loss.full_rank_branches:
         yield f"J keeps its rank where {parts[k]['condition']} = 0"
     for k, part in enumerate(parts):
-        is_reported = untested or "No configuration was found" in note
+        is_reported = is_untested or "No configuration was found" in note
         if not loss.samples[k] and not chain.parameters and not is_reported:
             yield f"no configuration was found in which {part['condition']} = 0"
         yield from _find_false_solutions(chain, part, conditions[k])
     if loss.unexplained_configurations and "is not complete" not in note:
-        yield (
-            f"{len(loss.unexplained_configurations)} of {loss.search_count} searches ended elsewhere, as in "
-            f"{loss.unexplained_configurations[0].round(5)}"
-        )
+        count, q = len(loss.unexplained_configurations), loss.unexplained_configurations[0].round(5)
+        yield f"{count} of {loss.search_count} searches ended elsewhere, as in {q}"
 
 
 def _find_false_descriptions(
@@ -194,45 +194,48 @@ def _find_false_descriptions(
 ) -> Iterator[str]:
     """Yield false descriptions and kinds of singular configurations, tested at configurations found by a search."""
     for component in singular:
-        yield from _find_false_looks(chain, component.conditions, component.classification)
-        for values, kind in component.cases:
-            equations = [equation for joint, value in values for equation in _equations(joint, value)]
-            yield from _find_false_looks(chain, equations, kind)
+        yield from _find_false_classification(chain, component.conditions, component.classification)
+        for values, classification in component.cases:
+            equations = [equation for joint, value in values for equation in _write_equations(joint, value)]
+            yield from _find_false_classification(chain, equations, classification)
     for special in content.get("special_lengths", ()):
         length, value = map(_parse, special["lengths"].split(" = "))
         for part in special["singular"]:
-            kind = Classification(part["type"] or "", bool(part["uniform"]), part["meaning"] or "")
+            classification = Classification(part["type"] or "", bool(part["uniform"]), part["meaning"] or "")
             special_chain = substitute_in_arm(chain, {length: value})
-            for statement in _find_false_looks(special_chain, [_parse(text) for text in part["conditions"]], kind):
+            conditions = [_parse(text) for text in part["conditions"]]
+            for statement in _find_false_classification(special_chain, conditions, classification):
                 yield f"for {special['lengths']}: {statement}"
 
 
-def _equations(joint: sp.Symbol, value: sp.Expr) -> list[sp.Expr]:
-    turn = joint - value
-    return [sp.sin(turn), sp.cos(turn) - 1] if joint.name.startswith("theta") else [turn]
+def _write_equations(joint: sp.Symbol, value: sp.Expr) -> list[sp.Expr]:
+    difference = joint - value
+    return [sp.sin(difference), sp.cos(difference) - 1] if joint.name.startswith("theta") else [difference]
 
 
-def _find_false_looks(chain: Chain, conditions: Sequence[sp.Expr], kind: Classification) -> Iterator[str]:
-    loss = check_rank_loss(chain, [conditions], STARTS, seed="looks")
+def _find_false_classification(
+    chain: Chain, conditions: Sequence[sp.Expr], classification: Classification
+) -> Iterator[str]:
+    loss = check_rank_loss(chain, [conditions], SEARCH_COUNT, seed="looks")
     samples = loss.samples[0]
     conditions_text = " and ".join(f"{condition} = 0" for condition in conditions)
-    counterexamples = [
-        sample for sample in samples if kind.meaning and not statement_holds(chain, kind.meaning, sample)
-    ]
+    meaning = classification.meaning
+    counterexamples = [sample for sample in samples if meaning and not statement_holds(chain, meaning, sample)]
     if counterexamples:
-        first, more = counterexamples[0].q.round(5), len(counterexamples) - 1
-        yield f"{kind.meaning}, is said where {conditions_text}, but is false at {first} and {more} more"
-    other_kinds = [sample for sample in samples if not all_have_kind(chain, kind, [sample])]
+        q, other_count = counterexamples[0].q.round(5), len(counterexamples) - 1
+        yield f"{meaning}, is said where {conditions_text}, but is false at {q} and {other_count} more"
+    other_kinds = [sample for sample in samples if not all_have_kind(chain, classification, [sample])]
     if len(other_kinds) > len(samples) // 25:  # some lie close to a point where another condition holds
-        yield f"{kind.kind}, is said where {conditions_text}, but there are other kinds"
+        yield f"{classification.kind}, is said where {conditions_text}, but there are other kinds"
 
 
 def _loses_rank_everywhere(chain: Chain) -> bool:
-    draws = Stream(f"everywhere/{chain.name}")
+    rng = Stream(f"everywhere/{chain.name}")
     rows = [VELOCITY_NAMES.index(row) for row in chain.task]
-    arm = NumericChain(chain, {s.name: draws.uniform(0.3, 1.2) for s in chain.parameters})
-    q = np.array([[draws.uniform(-3, 3) for _ in chain.q] for _ in range(5)])
-    return bool(np.all(np.linalg.matrix_rank(arm.compute_jacobian(q)[:, rows], tol=1e-9) < min(len(rows), chain.n)))
+    numeric_arm = NumericChain(chain, {s.name: rng.uniform(0.3, 1.2) for s in chain.parameters})
+    q = np.array([[rng.uniform(-3, 3) for _ in chain.q] for _ in range(5)])
+    ranks = np.linalg.matrix_rank(numeric_arm.compute_jacobian(q)[:, rows], tol=1e-9)
+    return bool(np.all(ranks < min(len(rows), chain.n)))
 
 
 def _find_false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Sequence[sp.Expr]) -> Iterator[str]:
@@ -241,26 +244,25 @@ def _find_false_solutions(chain: Chain, part: Mapping[str, Any], conditions: Seq
         return
     lengths = {s: sp.Rational(37 + 11 * i, 100) for i, s in enumerate(chain.parameters)}
     names, values = zip(*part["solutions"].items(), strict=True)
-    for chosen in product(*values):
-        point = {
-            sp.Symbol(name): sp.N(_parse(text).xreplace(lengths), 30) for name, text in zip(names, chosen, strict=True)
-        }
+    for texts in product(*values):
+        solution = dict(zip(names, texts, strict=True))
+        point = {sp.Symbol(name): sp.N(_parse(text).xreplace(lengths), 30) for name, text in solution.items()}
         if any(abs(sp.im(value)) > 1e-12 for value in point.values()):
             continue
         residuals = [abs(complex(sp.N(condition.xreplace(lengths).xreplace(point), 20))) for condition in conditions]
         if max(residuals) > 1e-9:
-            yield f"{dict(zip(names, chosen, strict=True))} is given for {part['condition']} = 0, but is no solution"
+            yield f"{solution} is given for {part['condition']} = 0, but is no solution"
 
 
 # --- the program ---
 
 
-def all_arms(count: int, seed: str, seeds: int) -> Iterator[tuple[str, Robot]]:
-    yield from ((robot.chain.name, robot) for robot in arms(count, seed))
-    yield from family_arms(seeds)
+def list_all_arms(count: int, seed: str, seeds: int) -> Iterator[tuple[str, Robot]]:
+    yield from ((robot.chain.name, robot) for robot in generate_arms(count, seed))
+    yield from generate_family_arms(seeds)
 
 
-def family_arms(seeds: int) -> Iterator[tuple[str, Robot]]:
+def generate_family_arms(seeds: int) -> Iterator[tuple[str, Robot]]:
     for family, seed in product(FAMILIES, range(seeds)):
         yield f"{family}/{seed}", Robot(sample_chain(ProblemId(family, seed, variation="full")))
 
@@ -273,7 +275,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=20)
     options = parser.parse_args()
     false_arm_count = 0
-    for name, robot in all_arms(options.count, options.seed, options.seeds):
+    for name, robot in list_all_arms(options.count, options.seed, options.seeds):
         result = check_arm(robot, options.seconds)
         missing = f", without {', '.join(result.missing)}" if result.missing else ""
         print(f"{name}: {result.seconds:.1f} s{missing}", flush=True)

@@ -51,10 +51,12 @@ Key = tuple[str | None, tuple[str, ...]]
 FoundMessage = tuple[str, str | tuple[str, ...], str | None]
 """The file of a message, the message (or its singular and plural), and its context."""
 
-_DATED = re.compile(r'^"(Project-Id|Report-Msgid|POT-|PO-|Last-|Language-Team|Generated-)[^"]*"\n', re.MULTILINE)
+_DATED_HEADERS = re.compile(
+    r'^"(Project-Id|Report-Msgid|POT-|PO-|Last-|Language-Team|Generated-)[^"]*"\n', re.MULTILINE
+)
 
-FILLED = re.compile(r"%\((\w+)\)s")
-BRACES = re.compile(r"\{([\w-]+)\}")
+PERCENT_PLACEHOLDER = re.compile(r"%\((\w+)\)s")
+BRACE_PLACEHOLDER = re.compile(r"\{([\w-]+)\}")
 
 
 def collect_catalog() -> Catalog:
@@ -82,21 +84,16 @@ def _find_messages() -> Iterator[FoundMessage]:
     for mistake in CATALOGUE.values():
         yield "exercises/mistakes", mistake.title, name_mistake_context(mistake.name)
         yield "exercises/mistakes", mistake.message, name_mistake_context(mistake.name)
-    for where in sorted(
-        {
-            mistake.chapter_reference
-            for mistake in CATALOGUE.values()
-            if mistake.source and not is_formula_number(mistake.chapter_reference)
-        }
-    ):
-        yield "exercises/mistakes", where, SOURCE
-    yield from _messages_in_toml_files()
-    for key, text in site_english().items():
-        yield "site/src/text/en.json", text, site_context(key)
+    references = {mistake.chapter_reference for mistake in CATALOGUE.values() if mistake.source}
+    for reference in sorted(reference for reference in references if not is_formula_number(reference)):
+        yield "exercises/mistakes", reference, SOURCE
+    yield from _find_messages_in_toml_files()
+    for key, text in load_site_texts().items():
+        yield "site/src/text/en.json", text, make_site_context(key)
 
 
-def _messages_in_toml_files() -> Iterator[FoundMessage]:
-    for text in _errata_texts():
+def _find_messages_in_toml_files() -> Iterator[FoundMessage]:
+    for text in _find_errata_texts():
         yield "exercises/chapter/errata.toml", text, "erratum"
     for example in read_entries("examples"):
         yield "exercises/chapter/examples.toml", example["title"], None
@@ -105,7 +102,7 @@ def _messages_in_toml_files() -> Iterator[FoundMessage]:
             yield "exercises/site/guide.toml", text, None
 
 
-def _errata_texts() -> Iterator[str]:
+def _find_errata_texts() -> Iterator[str]:
     """Yield the texts of the chapter's errata that have words outside of formulas."""
     for entry in read_entries("errata"):
         *texts, values = entry.values()
@@ -114,33 +111,35 @@ def _errata_texts() -> Iterator[str]:
                 yield text
 
 
-def _extract_messages(method: str, path: Path, shown: str) -> Iterator[FoundMessage]:
+def _extract_messages(method: str, path: Path, file_name: str) -> Iterator[FoundMessage]:
     """Yield the messages in a file, as Babel finds them; a message with a plural has two texts."""
     names = ",".join(name if isinstance(name, str) else f"{name.__module__}.{name.__name__}" for name in EXTENSIONS)
     options = {"extensions": names, "silent": "false"} if method == "jinja2" else {}
     with path.open("rb") as file:
         for _, text, _, context in extract(method, file, options=options):
-            yield shown, text, context
+            yield file_name, text, context
 
 
-def site_context(key: str) -> str:
+def make_site_context(key: str) -> str:
     """Return the context of a text of the site."""
     return f"site {key}"
 
 
-def site_english() -> dict[str, str]:
+def load_site_texts() -> dict[str, str]:
     english: dict[str, str] = json.loads((SITE / "en.json").read_text(encoding="utf-8"))
     return english
 
 
-def site_text(code: str, words: Catalogue) -> str:
-    texts = {key: words.translations.pgettext(site_context(key), text) for key, text in site_english().items()}
+def write_site_texts(code: str, words: Catalogue) -> str:
+    texts = {key: words.translations.pgettext(make_site_context(key), text) for key, text in load_site_texts().items()}
     return json.dumps(texts, ensure_ascii=False, indent=2) + "\n"
 
 
 def merge_messages(path: Path, messages: Catalog) -> Catalog:
-    """Return the catalogue of a language with the current messages. Changed ones are fuzzy; removed ones are
-    dropped."""
+    """Return the catalogue of a language with the current messages.
+
+    Changed messages become fuzzy, and removed messages are dropped.
+    """
     if path.is_file():
         catalog = open_catalog(path)
     else:
@@ -155,21 +154,21 @@ def open_catalog(path: Path) -> Catalog:
         return read_po(file)
 
 
-def po_text(catalog: Catalog) -> str:
+def write_po_text(catalog: Catalog) -> str:
     for message in catalog:
-        _flag(message)
+        _set_placeholder_flags(message)
     written = io.BytesIO()
     write_po(written, catalog, width=0, include_lineno=False)
-    return _DATED.sub("", written.getvalue().decode())
+    return _DATED_HEADERS.sub("", written.getvalue().decode())
 
 
-def _flag(message: Message) -> None:
+def _set_placeholder_flags(message: Message) -> None:
     """Mark the style of a message's placeholders for translators' tools; LaTeX braces are not placeholders."""
     message.flags -= {"python-format", "python-brace-format"}
-    text = " ".join(_texts(message.id))
-    if FILLED.search(text):
+    text = " ".join(_list_texts(message.id))
+    if PERCENT_PLACEHOLDER.search(text):
         message.flags.add("python-format")
-    elif message.context and BRACES.search(text):
+    elif message.context and BRACE_PLACEHOLDER.search(text):
         message.flags.add("python-brace-format")
 
 
@@ -178,14 +177,15 @@ def _flag(message: Message) -> None:
 
 def find_faults(code: str, catalog: Catalog, messages: Catalog) -> list[str]:
     """Return the faults of a language's catalogue, one sentence each."""
-    expected, present = _by_key(messages), _by_key(catalog)
-    gone = [*(message for key, message in present.items() if key not in expected), *catalog.obsolete.values()]
+    expected, present = _index_by_key(messages), _index_by_key(catalog)
+    unused_messages = [message for key, message in present.items() if key not in expected]
+    obsolete_messages = [*unused_messages, *catalog.obsolete.values()]
     faults = [
         f"not in {code}.po, run `make messages`: {_quote(message)}"
         for key, message in expected.items()
         if key not in present
     ]
-    faults += [f"no message any more, run `make messages`: {_quote(message)}" for message in gone]
+    faults += [f"no message any more, run `make messages`: {_quote(message)}" for message in obsolete_messages]
     if catalog.locale_identifier != code:
         faults.append(f"{code}.po says of itself that its language is {catalog.locale_identifier}")
     for key in expected:
@@ -195,50 +195,48 @@ def find_faults(code: str, catalog: Catalog, messages: Catalog) -> list[str]:
 
 
 def _find_message_faults(message: Message, forms: int) -> Iterator[str]:
-    texts, strings = _texts(message.id), _texts(message.string)
+    texts, strings = _list_texts(message.id), _list_texts(message.string)
     if not all(strings):
         yield f"not translated: {_quote(message)}"
         return
     if message.fuzzy:
         yield f"its English has changed, or it was guessed from a text like it (“fuzzy”): check it: {_quote(message)}"
     if len(texts) > 1 and len(strings) != forms:
-        yield f"has {len(strings)} plural forms, and {forms} are due: {_quote(message)}"
-    expected = _placeholders(message, texts[-1])
+        yield f"has {len(strings)} plural forms, but {forms} are expected: {_quote(message)}"
+    expected = _find_placeholders(message, texts[-1])
     for number, string in enumerate(strings):
-        names = _placeholders(message, string)
-        if names != expected and not (
-            len(strings) > 1 and number == 0 and names < expected
-        ):  # the singular may spell out its number
+        names = _find_placeholders(message, string)
+        may_lack_some = len(strings) > 1 and number == 0  # the singular may spell out its number
+        if names != expected and not (may_lack_some and names < expected):
             yield f"fills in {_list_names(names)} in place of {_list_names(expected)}: {_quote(message)}"
-        if _edges(string) != _edges(texts[0]):
+        if _find_outer_spaces(string) != _find_outer_spaces(texts[0]):
             yield f"has other spaces at its ends: {_quote(message)}"
         english_text = texts[0] if number == 0 else texts[-1]
-        if (english := _formulas(english_text)) != (translated := _formulas(string)):
+        if (english := _count_formulas(english_text)) != (translated := _count_formulas(string)):
             differences = " ".join(sorted({*(english - translated), *(translated - english)}))
             yield f"has other formulas, {differences}: {_quote(message)}"
 
 
-def _placeholders(message: Message, text: str) -> set[str]:
-    by_percent = message.context is None or FILLED.search(_texts(message.id)[0])
-    return set((FILLED if by_percent else BRACES).findall(text))
+def _find_placeholders(message: Message, text: str) -> set[str]:
+    by_percent = message.context is None or PERCENT_PLACEHOLDER.search(_list_texts(message.id)[0])
+    return set((PERCENT_PLACEHOLDER if by_percent else BRACE_PLACEHOLDER).findall(text))
 
 
-def _formulas(text: str) -> Counter[str]:
-    """Return the formulas of a text, with decimal points; a quotation from the book may have its translation beside
-    it."""
+def _count_formulas(text: str) -> Counter[str]:
+    """Return the formulas of a text, with decimal points, except those in quotations, which may be translated."""
     text_with_points = text.replace("{,}", ".").replace(r";\ ", ", ")  # a vector with decimal commas has semicolons
     return Counter(re.findall(r"\$[^$]*\$", re.sub(r"“[^”]*”|„[^“]*“", "", text_with_points)))
 
 
-def _by_key(catalog: Catalog) -> dict[Key, Message]:
-    return {(message.context, _texts(message.id)): message for message in catalog if message.id}
+def _index_by_key(catalog: Catalog) -> dict[Key, Message]:
+    return {(message.context, _list_texts(message.id)): message for message in catalog if message.id}
 
 
-def _texts(text: str | Sequence[str] | None) -> tuple[str, ...]:
+def _list_texts(text: str | Sequence[str] | None) -> tuple[str, ...]:
     return (text or "",) if isinstance(text, str | None) else tuple(text)
 
 
-def _edges(text: str) -> tuple[bool, bool]:
+def _find_outer_spaces(text: str) -> tuple[bool, bool]:
     return text[:1].isspace(), text[-1:].isspace()
 
 
@@ -247,7 +245,7 @@ def _list_names(names: set[str]) -> str:
 
 
 def _quote(message: Message) -> str:
-    return f"“{_texts(message.id)[0]}”" + (f" ({message.context})" if message.context else "")
+    return f"“{_list_texts(message.id)[0]}”" + (f" ({message.context})" if message.context else "")
 
 
 def main() -> None:
@@ -256,8 +254,8 @@ def main() -> None:
     for code in LANGUAGES:
         path = LOCALE / f"{code}.po"
         catalog = merge_messages(path, messages)
-        write_atomically(path, po_text(catalog))
-        write_atomically(SITE / f"{code}.json", site_text(code, read_catalogue(path)))
+        write_atomically(path, write_po_text(catalog))
+        write_atomically(SITE / f"{code}.json", write_site_texts(code, read_catalogue(path)))
         print(f"{path.relative_to(_ROOT)}: {len(messages)} messages")
         for fault in find_faults(code, catalog, messages):
             print(f"  {fault}")

@@ -67,38 +67,38 @@ def list_parts(family: str, seed: int, questions: Collection[str] = tuple(QUESTI
 
 
 def make_wrong_answers(
-    problem: Problem, part: Part, few: int | None = None, only: Collection[str] = tuple(CATALOGUE)
+    problem: Problem, part: Part, max_count: int | None = None, mistakes: Collection[str] = tuple(CATALOGUE)
 ) -> list[WrongAnswer]:
-    """Return the answers that mistakes (`only` these, if given) produce, or a sample of `few`.
+    """Return the answers that the mistakes with these names produce, or a sample of at most `max_count`.
 
-    Answers that are right, zero or undefined are left out.
+    Answers that are correct, zero or undefined are left out.
     """
     wrong_answers = [
         WrongAnswer(problem, part, mistake.name, _write_short_answer(replace(part, answer=mistaken.answer)))
         for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
-        if mistake.name in only
+        if mistake.name in mistakes
     ]
     if comes_from_stages(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is derived in numbers
         values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("answers"))
         numeric = compute_numeric_stages(problem.chain, values)
-        right, is_direction = compute_answer(numeric, part), isinstance(part.answer, Direction)
+        correct_answer, is_direction = compute_answer(numeric, part), isinstance(part.answer, Direction)
         variants = [
             (mistake, key)
             for mistake in list_likely_mistakes(part)
-            if mistake.name in only
-            for key, wrong in _number_variants(apply_mistake(mistake, numeric, part))
-            if _is_wrong(wrong.answer, right, is_direction)
+            if mistake.name in mistakes
+            for key, prediction in _enumerate_variants(apply_mistake(mistake, numeric, part))
+            if _is_wrong(prediction.answer, correct_answer, is_direction)
         ]
         stages = numeric if _is_numeric(part) else compute_symbolic_stages(problem.chain)
-        for mistake, key in _sample(variants, few, f"{problem.id}/{part.name}"):
-            wrong = dict(_number_variants(apply_mistake(mistake, stages, part))).get(key)
-            text = None if wrong is None else _write_answer(part, wrong, stages)
+        for mistake, key in _sample(variants, max_count, f"{problem.id}/{part.name}"):
+            prediction = dict(_enumerate_variants(apply_mistake(mistake, stages, part))).get(key)
+            text = None if prediction is None else _write_answer(part, prediction, stages)
             if text is not None:
                 wrong_answers.append(WrongAnswer(problem, part, mistake.name, text))
-    return _sample(wrong_answers, few, f"{problem.id}/{part.name}")
+    return _sample(wrong_answers, max_count, f"{problem.id}/{part.name}")
 
 
-def _number_variants(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, int], PredictedAnswer]]:
+def _enumerate_variants(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple[str, int], PredictedAnswer]]:
     """Yield each wrong answer with its words and its number among the answers with the same words.
 
     There may be fewer numeric variants than symbolic ones, because only numbers show that a mistake changes nothing.
@@ -113,8 +113,8 @@ def _number_variants(answers: Iterable[PredictedAnswer]) -> Iterator[tuple[tuple
 Item = TypeVar("Item")
 
 
-def _sample(items: list[Item], few: int | None, seed: str) -> list[Item]:
-    return items if few is None or len(items) <= few else random.Random(seed).sample(items, few)
+def _sample(items: list[Item], max_count: int | None, seed: str) -> list[Item]:
+    return items if max_count is None or len(items) <= max_count else random.Random(seed).sample(items, max_count)
 
 
 def _is_numeric(part: Part) -> bool:
@@ -122,21 +122,20 @@ def _is_numeric(part: Part) -> bool:
     return isinstance(answer, (Number, Choice)) or (isinstance(answer, Direction) and answer.tolerance is not None)
 
 
-def _is_wrong(wrong: np.ndarray, right: np.ndarray, is_direction: bool) -> bool:
-    """Return whether an answer differs from the right one and is distinctive."""
-    if not np.isfinite(wrong).all() or not np.abs(wrong).max() > 1e-6 or np.abs(wrong).max() > 1e9:
+def _is_wrong(answer: np.ndarray, expected: np.ndarray, is_direction: bool) -> bool:
+    """Return whether an answer differs from the correct one and is distinctive."""
+    if not np.isfinite(answer).all() or not np.abs(answer).max() > 1e-6 or np.abs(answer).max() > 1e9:
         return False
-    if not is_distinctive(wrong):
+    if not is_distinctive(answer):
         return False
-    if wrong.shape != right.shape:
+    if answer.shape != expected.shape:
         return True
     if is_direction:
-        wrong, right = (answer / np.sqrt((answer * answer).sum(axis=0)) for answer in (wrong, right))
-        wrong = wrong * np.sign((wrong * right).sum(axis=0))
-    largest = np.abs(right).max(
-        axis=tuple(range(right.ndim - 1))
-    )  # lengths differ a hundredfold between configurations
-    return bool((np.abs(wrong - right) > 1e-2 * np.abs(right) + 1e-3 * largest).any())
+        answer, expected = (vector / np.sqrt((vector * vector).sum(axis=0)) for vector in (answer, expected))
+        answer = answer * np.sign((answer * expected).sum(axis=0))
+    # The largest value of each configuration, because lengths differ a hundredfold between configurations.
+    largest_values = np.abs(expected).max(axis=tuple(range(expected.ndim - 1)))
+    return bool((np.abs(answer - expected) > 1e-2 * np.abs(expected) + 1e-3 * largest_values).any())
 
 
 def _write_short_answer(part: Part) -> str:
@@ -149,12 +148,13 @@ def _write_short_answer(part: Part) -> str:
     return str([float(value) for value in answer.reference])
 
 
-def _write_answer(part: Part, wrong: PredictedAnswer, stages: StageResults) -> str | None:
+def _write_answer(part: Part, prediction: PredictedAnswer, stages: StageResults) -> str | None:
     if isinstance(part.answer, Choice):
-        return _find_option(part, wrong.answer)
+        return _find_option(part, prediction.answer)
     if _is_numeric(part):
-        return str([[float(f"{value:.5g}") for value in row] for row in wrong.answer[..., 0].tolist()])
-    matrix = _short_determinant(wrong) if part.kind == "determinant" and stages.n > 3 else to_sympy_matrix(wrong.answer)
+        return str([[float(f"{value:.5g}") for value in row] for row in prediction.answer[..., 0].tolist()])
+    is_long_determinant = part.kind == "determinant" and stages.n > 3
+    matrix = _compute_short_determinant(prediction) if is_long_determinant else to_sympy_matrix(prediction.answer)
     if isinstance(part.answer, Expression):
         text = format_expression(matrix[0])
     else:
@@ -162,11 +162,11 @@ def _write_answer(part: Part, wrong: PredictedAnswer, stages: StageResults) -> s
     return None if len(text) > MAX_LENGTH or "nan" in text or "zoo" in text else text
 
 
-def _short_determinant(wrong: PredictedAnswer) -> sp.Matrix:
+def _compute_short_determinant(prediction: PredictedAnswer) -> sp.Matrix:
     """Return the determinant of a wrong Jacobian of many joints, from entries in their shortest form."""
-    if "determinant" in wrong.variant.changes or RESULT in wrong.variant.changes:
+    if "determinant" in prediction.variant.changes or RESULT in prediction.variant.changes:
         return sp.Matrix([[sp.nan]])
-    entries = np.frompyfunc(_shorten, 1, 1)(wrong.stages["jacobian"])
+    entries = np.frompyfunc(_shorten, 1, 1)(prediction.stages["jacobian"])
     return sp.Matrix([[sp.expand(determinant(entries).item())]])
 
 
@@ -179,33 +179,34 @@ def _shorten(entry: sp.Expr) -> sp.Expr:
 
 def _find_option(part: Part, vector: np.ndarray) -> str | None:
     assert isinstance(part.answer, Choice)
-    shown = f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector[:, 0, 0])})"
+    option = f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector[:, 0, 0])})"
     options = list(part.answer.options)
-    return "ABCDEFGH"[options.index(shown)] if shown in options else None
+    return "ABCDEFGH"[options.index(option)] if option in options else None
 
 
-def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
+def generate_random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
     rng = random.Random(f"{problem.id}/{part.name}")
     given_joints = part.details.given_joints  # a term with their sines may vanish where it is asked
-    revolute = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.is_revolute]
-    joints = [q.name for q in revolute if q not in given_joints]
+    revolute_joints = [q for joint, q in zip(problem.chain.joints, problem.chain.q, strict=True) if joint.is_revolute]
+    joint_names = [q.name for q in revolute_joints if q not in given_joints]
     lengths = [s.name for s in problem.chain.parameters] or ["1"]
 
-    def sine_or_cosine() -> str:
-        angle = " + ".join(rng.choice(joints or ["1"]) for _ in range(rng.randint(1, 2)))
+    def make_sine_or_cosine() -> str:
+        angle = " + ".join(rng.choice(joint_names or ["1"]) for _ in range(rng.randint(1, 2)))
         return f"{rng.choice(('sin', 'cos'))}({angle})"
 
-    def noise() -> str:
-        trigs = "*".join(sine_or_cosine() for _ in range(rng.randint(1, 2)))
+    def make_noise() -> str:
+        trigs = "*".join(make_sine_or_cosine() for _ in range(rng.randint(1, 2)))
         return f"{rng.randint(2, 9)}/{rng.choice((7, 11, 13))}*{rng.choice(lengths)}*{trigs}"
 
-    def spoiled(entry: str) -> str:
-        return rng.choice((f"(({entry}) + {noise()})*({noise()} + {noise()})", f"{noise()} + {noise()}"))
+    def spoil(entry: str) -> str:
+        product = f"(({entry}) + {make_noise()})*({make_noise()} + {make_noise()})"
+        return rng.choice((product, f"{make_noise()} + {make_noise()}"))
 
     answer = part.answer
     for _ in range(count):
         if isinstance(answer, Expression):
-            yield spoiled(format_expression(answer.reference))
+            yield spoil(format_expression(answer.reference))
         elif isinstance(answer, Number):
             yield str([float(f"{float(value) * rng.uniform(0.3, 3):.5g}") for value in answer.reference])
         elif isinstance(answer, (ConditionSet, Choice, Selection, Matching)):
@@ -214,35 +215,35 @@ def random_answers(problem: Problem, part: Part, count: int) -> Iterator[str]:
             rows = [[format_expression(entry) for entry in row] for row in answer.as_matrix().tolist()]
             places = [(i, j) for i, row in enumerate(rows) for j, entry in enumerate(row) if entry != "0"]
             for i, j in rng.sample(places, min(len(places), rng.randint(1, 3))):
-                rows[i][j] = spoiled(rows[i][j])
+                rows[i][j] = spoil(rows[i][j])
             yield "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]"
 
 
 def sweep(
-    families: list[str], seeds: Collection[int], questions: Collection[str], few: int | None, random_count: int
+    families: list[str], seeds: Collection[int], questions: Collection[str], max_count: int | None, random_count: int
 ) -> tuple[Counter[str], list[WrongAnswer]]:
     counts: Counter[str] = Counter()
-    missed: list[WrongAnswer] = []
+    wrong_diagnoses: list[WrongAnswer] = []
     for family in families:
         start = time.perf_counter()
         for seed in seeds:
             for problem, part in list_parts(family, seed, questions):
-                for answer in make_wrong_answers(problem, part, few):
+                for answer in make_wrong_answers(problem, part, max_count):
                     outcome = classify_diagnosis(answer)
                     counts[outcome] += 1
                     if outcome not in ("named", "same answer"):
-                        missed.append(answer)
-                for text in random_answers(problem, part, random_count):
-                    blamed = diagnose(problem, part, text, "random")
-                    counts["random, blamed" if blamed else "random, not blamed"] += 1
-                    if blamed:
-                        missed.append(WrongAnswer(problem, part, " and ".join(blamed.mistakes), text))
+                        wrong_diagnoses.append(answer)
+                for text in generate_random_answers(problem, part, random_count):
+                    diagnosis = diagnose(problem, part, text, "random")
+                    counts["random, blamed" if diagnosis else "random, not blamed"] += 1
+                    if diagnosis:
+                        wrong_diagnoses.append(WrongAnswer(problem, part, " and ".join(diagnosis.mistakes), text))
         sys.stderr.write(f"{family}: {time.perf_counter() - start:.1f} s {dict(counts)}\n")
-    return counts, missed
+    return counts, wrong_diagnoses
 
 
 def classify_diagnosis(answer: WrongAnswer) -> str:
-    """Return "named", "same answer" (another mistake with the same values), "nothing", or "judged right"."""
+    """Return "named", "same answer" (the diagnosis names another mistake), "nothing" or "judged right"."""
     if judge(answer.problem, answer.part, answer.text, "sweep").outcome is Outcome.CORRECT:
         return "judged right"
     diagnosis = diagnose(answer.problem, answer.part, answer.text, "sweep")
@@ -259,17 +260,12 @@ def main() -> int:
     parser.add_argument("--few", type=int, help="sample of wrong answers for each question; all by default")
     parser.add_argument("--random", type=int, default=5)
     options = parser.parse_args()
-    counts, missed = sweep(
-        options.family or list(FAMILIES),
-        range(options.seeds),
-        tuple(options.question or QUESTIONS),
-        options.few,
-        options.random,
-    )
-    for answer in missed:
+    families, questions = options.family or list(FAMILIES), tuple(options.question or QUESTIONS)
+    counts, wrong_diagnoses = sweep(families, range(options.seeds), questions, options.few, options.random)
+    for answer in wrong_diagnoses:
         sys.stdout.write(f"{answer.problem.id} {answer.part.name} {answer.mistake}: {answer.text[:200]}\n")
-    wrong = sum(counts[name] for name in ("named", "same answer", "nothing"))
-    sys.stdout.write(f"{wrong} mistakes: {dict(counts)}\n")
+    mistake_count = sum(counts[name] for name in ("named", "same answer", "nothing"))
+    sys.stdout.write(f"{mistake_count} mistakes: {dict(counts)}\n")
     return 0
 
 

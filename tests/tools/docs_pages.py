@@ -42,8 +42,7 @@ from tests.support import ROOT
 
 
 def describe_fields(model: type[pydantic.BaseModel]) -> None:
-    """Make the docstring below each field its description. pydantic could do this, but would slow down every
-    command."""
+    """Make the docstring below each field its description, because pydantic does so only at the cost of speed."""
     (definition,) = ast.parse(inspect.getsource(model)).body
     assert isinstance(definition, ast.ClassDef)
     for field, text in pairwise(definition.body):
@@ -58,30 +57,30 @@ for described in (OptionEntry, TextsEntry, QuestionEntry, ProblemEntry, Assignme
 
 
 @cache
-def documents() -> Mapping[str, str]:
+def make_documents() -> Mapping[str, str]:
     """Return every generated file of docs/: path inside the folder -> text."""
     drawn_arms = [(name, DEFAULT_VARIATION) for name in FAMILIES] + [(SAMPLE_FAMILY, step) for step in VARIATION_STEPS]
     drawings = {
-        thumbnail_path(name, step): draw_thumbnail_svg(sample_chain(ProblemId(name, 0, variation=step)), name)
+        find_thumbnail_path(name, step): draw_thumbnail_svg(sample_chain(ProblemId(name, 0, variation=step)), name)
         for name, step in drawn_arms
     }
     pages = {
-        "families.md": families_page(),
-        "questions.md": questions_page(),
+        "families.md": make_families_page(),
+        "questions.md": make_questions_page(),
         "errata.md": render("docs/errata.md.j2", errata=read_errata()),
-        "assignment.md": assignment_page(),
-        "schemas/assignment.json": assignment_schema(),
-        "mistakes.md": mistakes_page(),
-        "variation.md": variation_page(),
-        "robots.md": robots_page(),
+        "assignment.md": make_assignment_page(),
+        "schemas/assignment.json": make_assignment_schema(),
+        "mistakes.md": make_mistakes_page(),
+        "variation.md": make_variation_page(),
+        "robots.md": make_robots_page(),
         **drawings,
     }
     return MappingProxyType(pages)
 
 
-def write(folder: Path) -> list[Path]:
-    texts = documents()
-    write_atomically(LISTING_FILE, listing_text())
+def write_documents(folder: Path) -> list[Path]:
+    texts = make_documents()
+    write_atomically(LISTING_FILE, make_listing_text())
     for name, text in texts.items():
         write_atomically(folder / name, text)
     return [folder / name for name in texts]
@@ -90,28 +89,28 @@ def write(folder: Path) -> list[Path]:
 # --- families ---
 
 
-def families_page() -> str:
+def make_families_page() -> str:
     return render(
         "docs/families.md.j2",
         families=FAMILIES,
         listed=list_families(),
-        tasks={name: Wording(_first_arm(name)).task for name in FAMILIES},
+        tasks={name: Wording(_generate_first_arm(name)).task for name in FAMILIES},
         classes={n: len(group_clean_structures(n)) for n in read_clean_structures()},
     )
 
 
-def questions_page() -> str:
-    asked: dict[str, int | str] = {
-        name: sum(name in listed.questions for listed in list_families().values()) for name in QUESTIONS
+def make_questions_page() -> str:
+    families: dict[str, int | str] = {
+        name: sum(name in family.questions for family in list_families().values()) for name in QUESTIONS
     }
     for question in QUESTIONS.values():
         if DEFAULT_CONVENTION not in question.conventions:
-            asked[question.name] = ", ".join(f"`{convention}`" for convention in question.conventions)
+            families[question.name] = ", ".join(f"`{convention}`" for convention in question.conventions)
     return render(
         "docs/questions.md.j2",
         questions=QUESTIONS.values(),
         quizzes=SHORT_QUESTIONS.values(),
-        asked=asked,
+        asked=families,
         families=len(FAMILIES),
     )
 
@@ -127,29 +126,29 @@ AXES_IN_WORDS = {
     "tool": "position of the point of interest: the origin of the last frame, or beside or beyond it",
     "task": "the rows of the task: the plane in which an arm stands",
 }
-"""A description of what each axis of variation changes."""
+"""What each axis of variation changes, in words."""
 
 
-def variation_page() -> str:
+def make_variation_page() -> str:
     return render(
         "docs/variation.md.j2",
         axes=AXES_IN_WORDS,
         steps=VARIATION_STEPS,
         default=DEFAULT_VARIATION,
         shown=SAMPLE_FAMILY,
-        thumbnails={step: thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
+        thumbnails={step: find_thumbnail_path(SAMPLE_FAMILY, step) for step in VARIATION_STEPS},
     )
 
 
-def mistakes_page() -> str:
+def make_mistakes_page() -> str:
     return render("docs/mistakes.md.j2", sections=SECTIONS)
 
 
-def _first_arm(family: str) -> Chain:
+def _generate_first_arm(family: str) -> Chain:
     return sample_chain(ProblemId(family, 0))
 
 
-def thumbnail_path(family: str, step: str = DEFAULT_VARIATION) -> str:
+def find_thumbnail_path(family: str, step: str = DEFAULT_VARIATION) -> str:
     return f"families/{family}.svg" if step == DEFAULT_VARIATION else f"families/{family}-{step}.svg"
 
 
@@ -159,19 +158,20 @@ def list_families() -> dict[str, FamilyListing]:
     return {name: compute_listing(family) for name, family in FAMILIES.items()}
 
 
-def listing_text() -> str:
+def make_listing_text() -> str:
     """Return the file that `families.listing` reads."""
-    return json.dumps({name: asdict(listed) for name, listed in list_families().items()}, indent=1) + "\n"
+    return json.dumps({name: asdict(listing) for name, listing in list_families().items()}, indent=1) + "\n"
 
 
 # --- assignment.toml ---
 
 
-def assignment_page() -> str:
+def make_assignment_page() -> str:
     all_problems = "For the whole assignment"
     inner_forms = {"late": LATE_FORMS, "attempts": ATTEMPT_FORMS, "paper": PAPER_FORMS}
     inner_tables = {
-        table: {name: _value_form(form) for name, form in forms.items()} for table, forms in inner_forms.items()
+        table: {name: _describe_value_form(message) for name, message in messages.items()}
+        for table, messages in inner_forms.items()
     }
     sections = {
         all_problems: _describe_keys(AssignmentFile, EXPECTED_FORMS),
@@ -181,7 +181,7 @@ def assignment_page() -> str:
     return render("docs/assignment.md.j2", sections=sections, inner_tables={all_problems: inner_tables})
 
 
-def assignment_schema() -> str:
+def make_assignment_schema() -> str:
     """Return docs/schemas/assignment.json, with which editors complete and check assignment.toml."""
     schema = AssignmentFile.model_json_schema()
     question = QuestionEntry.model_json_schema()
@@ -198,7 +198,7 @@ def _describe_keys(model: type[pydantic.BaseModel], forms: Mapping[str, str]) ->
         {
             "name": name,
             "description": " ".join((field.description or "").split()),
-            "form": _value_form(forms[name]),
+            "form": _describe_value_form(forms[name]),
             "default": _describe_default(field),
         }
         for name, field in model.model_fields.items()
@@ -211,7 +211,7 @@ def _describe_default(field: FieldInfo) -> str:
     return "" if field.default is None else f"`{json.dumps(field.default)}`"
 
 
-def _value_form(message: str) -> str:
+def _describe_value_form(message: str) -> str:
     """Return the form of a value for a cell of a table, from the message about a wrong value; examples become code."""
     text = message.removeprefix("expected ").replace("|", "\\|")
     return re.sub(r"\w+ = (?:\{.*?\}|\[.*?\]|\"[^\"]*\"|[^;,) ]+)|\[\{.*?\}\]|\[\".*?\]", r"`\g<0>`", text)
@@ -223,16 +223,16 @@ PAGE = ROOT / "docs" / "robots.md"
 SECTION, NEXT = "## Real robots\n", "\n## "
 
 
-def robots_page() -> str:
+def make_robots_page() -> str:
     """Return docs/robots.md with an up-to-date section on real robots."""
     text = PAGE.read_text(encoding="utf-8")
-    before, heading, after = text.partition(SECTION)
+    text_before, heading, section_and_rest = text.partition(SECTION)
     assert heading, f"docs/robots.md has no section {SECTION.strip()!r}"
-    _, end, rest = after.partition(NEXT)
+    _, next_heading, text_after = section_and_rest.partition(NEXT)
     section = render("docs/robots.md.j2", robots=list_robots().values())
-    return f"{before}{SECTION}{section.rstrip()}\n{end}{rest}"
+    return f"{text_before}{SECTION}{section.rstrip()}\n{next_heading}{text_after}"
 
 
 if __name__ == "__main__":
-    for path in write(ROOT / "docs"):
+    for path in write_documents(ROOT / "docs"):
         print_result(f"wrote {path.name}")

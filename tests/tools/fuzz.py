@@ -95,28 +95,28 @@ def load_seed_texts() -> list[str]:
 
 
 def check_parsing(text: str) -> None:
-    for known in SYMBOL_SETS:
-        tree = _parse(text, known)
+    for symbols in SYMBOL_SETS:
+        tree = _parse(text, symbols)
         if tree is not None:
             _is_scalar(tree)
-    for kind, reference in (("expression", "a1"), ("matrix", "[[a1, 0]]"), ("angles", "{0, pi}")):
-        answer = compare_line(json.dumps({"type": kind, "reference": reference, "student": text}), 1)
+    for answer_type, reference in (("expression", "a1"), ("matrix", "[[a1, 0]]"), ("angles", "{0, pi}")):
+        answer = compare_line(json.dumps({"type": answer_type, "reference": reference, "student": text}), 1)
         json.dumps(answer, allow_nan=False)
         if answer["outcome"] == Outcome.UNGRADED.value:
             raise Find(answer["reason"])
 
 
 def check_printing(text: str) -> None:
-    for known in SYMBOL_SETS[:3]:
-        tree = _parse(text, known)
+    for symbols in SYMBOL_SETS[:3]:
+        tree = _parse(text, symbols)
         if tree is None or not _is_scalar(tree) or not all(map(_is_normal, trees.find_names(tree))):
             continue
-        again = _parse(format_tree(tree), known)
-        if again is None:
-            if _depth(tree) < expression.MAX_DEPTH // 2:
-                raise Find(f"what it prints as can't be read: {format_tree(tree)}")
-        elif _have_different_values(tree, again):
-            raise Find(f"prints as something else: {format_tree(tree)}, known {sorted(known)}")
+        reparsed_tree = _parse(format_tree(tree), symbols)
+        if reparsed_tree is None:
+            if _measure_depth(tree) < expression.MAX_DEPTH // 2:
+                raise Find(f"its printed text can't be parsed: {format_tree(tree)}")
+        elif _have_different_values(tree, reparsed_tree):
+            raise Find(f"prints as something else: {format_tree(tree)}, with the symbols {sorted(symbols)}")
 
 
 def _unwrap_single(tree: Node) -> Node:
@@ -131,15 +131,10 @@ def check_judging(text: str) -> None:
     judgement = _judge(lambda: judge_expression(text, EXPRESSION, DOMAIN, make_seed(text)))
     if judgement.outcome is Outcome.CORRECT:
         answers = (text, replace_decimal_commas(text))
-        if all(
-            _differ([[_unwrap_single(_right_side(parse_formula(answer, DOMAIN.roles)))]], expected)
-            for answer in answers
-        ):
+        if all(_differ([[_unwrap_single(_parse_right_side(answer))]], expected) for answer in answers):
             raise Find("this expression is not the reference")
     judgement = _judge(lambda: judge_matrix(text, MATRIX, DOMAIN, make_seed(text)))
-    if judgement.outcome is Outcome.CORRECT and _differ(
-        as_matrix(_right_side(parse_formula(text, DOMAIN.roles))), rows
-    ):
+    if judgement.outcome is Outcome.CORRECT and _differ(as_matrix(_parse_right_side(text)), rows):
         raise Find("this matrix is not the reference")
     judgement = _judge(lambda: judge_singular(text, SINGULAR, JOINTS, DOMAIN, make_seed(text)))
     if judgement.outcome is Outcome.CORRECT and not _describes_singular_set(text):
@@ -156,7 +151,7 @@ TARGETS: dict[str, Callable[[str], None]] = {
 
 
 def make_seed(text: str) -> str:
-    """Return a seed that holds the answer, as the grader's does."""
+    """Return a seed that depends on the answer, as the grader's does."""
     return f"fuzz/{text!a}"
 
 
@@ -188,9 +183,9 @@ def _judge(judgement: Callable[[], Judgement]) -> Judgement:
     return result
 
 
-def _parse(text: str, known: frozenset[str]) -> Node | None:
+def _parse(text: str, symbols: frozenset[str]) -> Node | None:
     try:
-        return parse_formula(text, known)
+        return parse_formula(text, symbols)
     except ParseError:
         return None
 
@@ -208,34 +203,36 @@ def _is_scalar(tree: Node) -> bool:
     return True
 
 
-def _depth(tree: Node) -> int:
+def _measure_depth(tree: Node) -> int:
     return trees.fold(tree, lambda _, depths: 1 + max(depths, default=0))
 
 
-def _right_side(tree: Node) -> Node:
+def _parse_right_side(text: str) -> Node:
+    """Return the tree of a formula; that of the right side for an equation."""
+    tree = parse_formula(text, DOMAIN.roles)
     return tree.args[1] if tree.kind == "eq" else tree
 
 
 def _have_different_values(first: Node, second: Node) -> bool:
     """Return whether two trees have different symbols, or different values at random points."""
-    used = trees.find_names(first)
-    if used != trees.find_names(second):
+    used_names = trees.find_names(first)
+    if used_names != trees.find_names(second):
         return True
-    values = DOMAIN.sample(used, 12, Stream("fuzz/printing"))
-    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 12) for tree in (first, second))
+    values = DOMAIN.sample(used_names, 12, Stream("fuzz/printing"))
+    (a, scale_a), (b, scale_b) = (evaluate(compile_program([tree]), values, 12) for tree in (first, second))
     with np.errstate(all="ignore"):
-        return bool(np.any((np.isfinite(a) != np.isfinite(b)) | (np.abs(a - b) > 1e-9 * (ma + mb))))
+        return bool(np.any((np.isfinite(a) != np.isfinite(b)) | (np.abs(a - b) > 1e-9 * (scale_a + scale_b))))
 
 
 # --- evaluation with many digits ---
 
 
-def _evaluate_precisely(tree: Node, at: Mapping[str, Any]) -> Any:
+def _evaluate_precisely(tree: Node, values: Mapping[str, Any]) -> Any:
     """Evaluate a tree independently of qdot, to many digits; return nan if it has no value."""
 
     def combine(node: Node, args: list[Any]) -> Any:
         try:
-            return _evaluate_node(node, args, at)
+            return _evaluate_node(node, args, values)
         except (ZeroDivisionError, ValueError, OverflowError):
             return mpmath.nan
 
@@ -246,13 +243,12 @@ _UNKNOWN_VALUE = mpmath.mpf(0.7390851332151607)
 """The value of a symbol that is not in the problem."""
 
 
-def _evaluate_node(node: Node, args: list[Any], at: Mapping[str, Any]) -> Any:
+def _evaluate_node(node: Node, args: list[Any], values: Mapping[str, Any]) -> Any:
     if node.kind in ("number", "decimal"):
         return mpmath.mpf(node.value.numerator) / node.value.denominator
     if node.kind == "name":
-        return {"pi": +mpmath.pi, "E": +mpmath.e, "I": mpmath.mpc(0, 1)}.get(
-            node.value, at.get(node.value, _UNKNOWN_VALUE)
-        )
+        constants = {"pi": +mpmath.pi, "E": +mpmath.e, "I": mpmath.mpc(0, 1)}
+        return constants.get(node.value, values.get(node.value, _UNKNOWN_VALUE))
     if not all(mpmath.isfinite(arg) and abs(arg) < mpmath.mpf(10) ** 300 for arg in args):
         return mpmath.nan
     if node.kind == "call":
@@ -271,7 +267,7 @@ def _evaluate_node(node: Node, args: list[Any], at: Mapping[str, Any]) -> Any:
     return operators[node.kind](*args)
 
 
-def _configurations(count: int) -> Iterator[dict[str, Any]]:
+def _sample_configurations(count: int) -> Iterator[dict[str, Any]]:
     values = DOMAIN.sample(set(DOMAIN.roles), count, Stream("fuzz/precise"))
     for k in range(count):
         yield {name: mpmath.mpf(float(column[k])) for name, column in values.items()}
@@ -287,8 +283,8 @@ def _differ(answer: list[list[Node]], reference: list[list[Node]]) -> bool:
         return True
     pairs = [pair for rows in zip(answer, reference, strict=True) for pair in zip(*rows, strict=True)]
     with mpmath.workdps(60):
-        for at in _configurations(30):
-            values = [(_evaluate_precisely(entry, at), _evaluate_precisely(right, at)) for entry, right in pairs]
+        for configuration in _sample_configurations(30):
+            values = [[_evaluate_precisely(entry, configuration) for entry in pair] for pair in pairs]
             if any(mpmath.isfinite(a) and abs(a - b) > 1e-11 * (1 + abs(b)) for a, b in values):
                 return True
     return False
@@ -298,51 +294,52 @@ def _describes_singular_set(text: str) -> bool:
     """Return whether the conditions hold if theta2 is 0 or pi, but at no random configuration."""
     tree = read_conditions(text, DOMAIN).tree
     assert tree is not None
-    claimed = parse_pieces(assign_values_to_joint(tree, JOINTS), JOINTS)
+    claimed_pieces = parse_pieces(assign_values_to_joint(tree, JOINTS), JOINTS)
 
-    def holds(at: Mapping[str, Any]) -> bool:
-        return any(all(abs(gap(atom, at)) < 1e-6 for atom in piece) for piece in claimed)
+    def holds(configuration: Mapping[str, Any]) -> bool:
+        return any(all(abs(gap(atom, configuration)) < 1e-6 for atom in piece) for piece in claimed_pieces)
 
-    def gap(atom: Atom, at: Mapping[str, Any]) -> Any:
-        value = _evaluate_precisely(atom.expression, at)
+    def gap(atom: Atom, configuration: Mapping[str, Any]) -> Any:
+        value = _evaluate_precisely(atom.expression, configuration)
         if not mpmath.isfinite(value):
             return mpmath.inf
         if atom.joint is None:
             return value
-        difference = mpmath.re(value) - at[atom.joint]
+        difference = mpmath.re(value) - configuration[atom.joint]
         return difference - 2 * mpmath.pi * mpmath.nint(difference / (2 * mpmath.pi))
 
     with mpmath.workdps(40):
-        for at in _configurations(6):
-            if holds(at) or not all(holds({**at, "theta2": value}) for value in (mpmath.mpf(0), +mpmath.pi)):
+        for configuration in _sample_configurations(6):
+            singular_ones = [{**configuration, "theta2": value} for value in (mpmath.mpf(0), +mpmath.pi)]
+            if holds(configuration) or not all(map(holds, singular_ones)):
                 return False
     return True
 
 
 # --- changing texts ---
 
-_PARTS = re.compile(r"\\?[a-zA-Z]+|\d+|\s+|.", re.DOTALL)
+_TEXT_PARTS = re.compile(r"\\?[a-zA-Z]+|\d+|\s+|.", re.DOTALL)
 
 
 def mutate(text: str, rng: Stream, tokens: tuple[str, ...], max_length: int = MAX_LENGTH) -> str:
     """Return a text with a few parts inserted, removed, exchanged, repeated or bracketed."""
-    parts = _PARTS.findall(text)
+    parts = _TEXT_PARTS.findall(text)
     for _ in range(1 + rng.integer_below(4)):
         start = rng.integer_below(len(parts) + 1)
         end = min(len(parts), start + 1 + rng.integer_below(5))
-        kind = rng.integer_below(8)
-        if kind <= 1:
+        change_number = rng.integer_below(8)
+        if change_number <= 1:
             parts.insert(start, rng.choice(tokens))
-        elif kind == 2:
+        elif change_number == 2:
             del parts[start:end]
-        elif kind == 3:
+        elif change_number == 3:
             parts[start:end] = [rng.choice(tokens)]
-        elif kind == 4:
+        elif change_number == 4:
             parts[start:start] = parts[start:end] * (1 + rng.integer_below(3))
-        elif kind == 5:
+        elif change_number == 5:
             position = rng.integer_below(len(parts) + 1)
             parts[position:position] = parts[start:end]
-        elif kind == 6:
+        elif change_number == 6:
             parts.insert(end, ")")
             parts.insert(start, "(")
         elif rng.integer_below(20) == 0:  # repetition reveals slow handling
@@ -354,7 +351,7 @@ def mutate(text: str, rng: Stream, tokens: tuple[str, ...], max_length: int = MA
 
 
 def fuzz(target: str, seconds: float, seed: str) -> int:
-    rng, texts, kinds = Stream(f"fuzz/{seed}/{target}"), load_seed_texts(), set[str]()
+    rng, texts, keys = Stream(f"fuzz/{seed}/{target}"), load_seed_texts(), set[str]()
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         text = rng.choice(texts)
@@ -363,10 +360,10 @@ def fuzz(target: str, seconds: float, seed: str) -> int:
         try:
             check_text(target, text, slack=4.0)
         except Exception as error:
-            if (kind := _classify(error)) not in kinds:
-                kinds.add(kind)
+            if (key := _classify(error)) not in keys:
+                keys.add(key)
                 print(f"find: {target}: {type(error).__name__}: {str(error)[:300]}: {text!a}", flush=True)
-    return len(kinds)
+    return len(keys)
 
 
 def _classify(error: Exception) -> str:

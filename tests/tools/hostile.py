@@ -35,9 +35,9 @@ class Workspace:
 
     root: Path
     folder: Path
-    right: str
+    correct_notebook: str
 
-    def put(self, name: str, content: bytes) -> Path:
+    def write(self, name: str, content: bytes) -> Path:
         path = self.folder / name.replace("\0", "0").lstrip("/")
         path.parent.mkdir(parents=True, exist_ok=True)
         write_safely(path, content)
@@ -80,29 +80,29 @@ def choose_folder(root: Path, rng: Stream) -> Path:
 
 def write_odd_names(workspace: Workspace, rng: Stream) -> None:
     for _ in range(1 + rng.integer_below(6)):
-        content = rng.choice((workspace.right, "", "no notebook", "{", "<html>", "p1_position = 1\n"))
-        workspace.put("/".join(make_name(rng) for _ in range(1 + rng.integer_below(3))), content.encode())
+        content = rng.choice((workspace.correct_notebook, "", "no notebook", "{", "<html>", "p1_position = 1\n"))
+        workspace.write("/".join(make_name(rng) for _ in range(1 + rng.integer_below(3))), content.encode())
 
 
 def write_many_files(workspace: Workspace, rng: Stream) -> None:
-    ending, content = rng.choice(_ENDINGS), rng.choice((workspace.right, "", "{}")).encode()
+    ending, content = rng.choice(_ENDINGS), rng.choice((workspace.correct_notebook, "", "{}")).encode()
     for number in range(rng.choice((60, 300, 2100))):
-        workspace.put(f"{number}{ending}", content)
+        workspace.write(f"{number}{ending}", content)
 
 
 def write_deep_folders(workspace: Workspace, rng: Stream) -> None:
     step = rng.choice(("d", "d" * 200, "\udcf6", "s02", "ö" * 100))
     workspace.folder.mkdir(parents=True, exist_ok=True)
-    top = os.open(workspace.folder, os.O_RDONLY)
+    descriptor = os.open(workspace.folder, os.O_RDONLY)
     for _ in range(rng.choice((3, 20, 400, 1500))):
-        os.mkdir(step, dir_fd=top)
-        inner = os.open(step, os.O_RDONLY, dir_fd=top)
-        os.close(top)
-        top = inner
-    file = os.open("hw.ipynb", os.O_WRONLY | os.O_CREAT, dir_fd=top)
-    os.write(file, workspace.right.encode())
+        os.mkdir(step, dir_fd=descriptor)
+        inner = os.open(step, os.O_RDONLY, dir_fd=descriptor)
+        os.close(descriptor)
+        descriptor = inner
+    file = os.open("hw.ipynb", os.O_WRONLY | os.O_CREAT, dir_fd=descriptor)
+    os.write(file, workspace.correct_notebook.encode())
     os.close(file)
-    os.close(top)
+    os.close(descriptor)
 
 
 def write_links(workspace: Workspace, rng: Stream) -> None:
@@ -120,7 +120,7 @@ def write_links(workspace: Workspace, rng: Stream) -> None:
         workspace.folder.mkdir(parents=True, exist_ok=True)
         (workspace.folder / link_name).symlink_to(rng.choice(targets))
     if rng.integer_below(4) == 0:
-        os.link(workspace.put("one.ipynb", workspace.right.encode()), workspace.folder / "two.ipynb")
+        os.link(workspace.write("one.ipynb", workspace.correct_notebook.encode()), workspace.folder / "two.ipynb")
 
 
 def write_special_file(workspace: Workspace, rng: Stream) -> None:
@@ -136,7 +136,7 @@ def write_special_file(workspace: Workspace, rng: Stream) -> None:
 
 
 def restrict_permissions(workspace: Workspace, rng: Stream) -> None:
-    path = workspace.put("hw.ipynb", workspace.right.encode())
+    path = workspace.write("hw.ipynb", workspace.correct_notebook.encode())
     (workspace.folder / "folder").mkdir(exist_ok=True)
     target = rng.choice((path, workspace.folder / "folder", workspace.folder))
     target.chmod(rng.choice((0, 0o111, 0o200, 0o444, 0o4777)))
@@ -144,26 +144,26 @@ def restrict_permissions(workspace: Workspace, rng: Stream) -> None:
 
 def set_odd_times(workspace: Workspace, rng: Stream) -> None:
     timestamp = rng.choice((0, -1, -(2**31), 2**31, 2**33, 253402300800, -62135596801, 2**34 - 1))
-    os.utime(workspace.put("hw.ipynb", workspace.right.encode()), (timestamp, timestamp))
+    os.utime(workspace.write("hw.ipynb", workspace.correct_notebook.encode()), (timestamp, timestamp))
 
 
 def write_odd_sizes(workspace: Workspace, rng: Stream) -> None:
-    kind = rng.integer_below(5)
-    if kind == 0:
+    choice = rng.integer_below(5)
+    if choice == 0:
         contents = (b"", b" ", b"\n" * 1000, b"\0", b"\xef\xbb\xbf", b"\xff\xfe", b"{", b"[]", b"null")
-        workspace.put("hw.ipynb", rng.choice(contents))
-    elif kind == 1:
-        with workspace.put(rng.choice(("hw.ipynb", "a.zip", "x.txt")), b"{").open("r+b") as file:
+        workspace.write("hw.ipynb", rng.choice(contents))
+    elif choice == 1:
+        with workspace.write(rng.choice(("hw.ipynb", "a.zip", "x.txt")), b"{").open("r+b") as file:
             file.truncate(rng.choice((MAX_FILE_BYTES, MAX_FILE_BYTES + 1, 10**12)))
-    elif kind == 2:
+    elif choice == 2:
         output = {"output_type": "stream", "name": "stdout", "text": rng.choice(("x", '"', "\n", "ö")) * 30_000_000}
-        workspace.put("hw.ipynb", _edit_cells(workspace, lambda cells: cells[2].update(outputs=[output])).encode())
-    elif kind == 3:
+        workspace.write("hw.ipynb", _edit_cells(workspace, lambda cells: cells[2].update(outputs=[output])).encode())
+    elif choice == 3:
         count = rng.choice((3_000, 200_000))
         empty = [code_cell(rng.choice(("", "1", "x = 1", "1/0", "("))) for _ in range(5)]
-        workspace.put("hw.ipynb", _edit_cells(workspace, lambda cells: cells.extend(empty * (count // 5))).encode())
+        workspace.write("hw.ipynb", _edit_cells(workspace, lambda cells: cells.extend(empty * (count // 5))).encode())
     else:
-        workspace.put(
+        workspace.write(
             "hw.ipynb", b"{" + rng.choice((b" ", b"[", b'"a":', b",", b"\\")) * rng.choice((10**5, 3 * 10**6))
         )
 
@@ -210,15 +210,16 @@ def _choose_odd_value(rng: Stream) -> Any:
 def _list_places(value: Any) -> list[tuple[Any, Any]]:
     places, stack = [], [value]
     while stack:
-        top = stack.pop()
-        keys = list(top) if isinstance(top, dict) else range(len(top)) if isinstance(top, list) else ()
-        places += [(top, key) for key in keys]
-        stack += [top[key] for key in keys]
+        container = stack.pop()
+        if isinstance(container, (dict, list)):
+            keys = list(container) if isinstance(container, dict) else range(len(container))
+            places += [(container, key) for key in keys]
+            stack += [container[key] for key in keys]
     return places
 
 
 def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
-    data = json.loads(workspace.right)
+    data = json.loads(workspace.correct_notebook)
     version = rng.integer_below(6)
     if version == 0:
         sheets: Any = rng.choice(([{"cells": data.pop("cells")}], [], None, {}, [None, [], {"cells": {}}]))
@@ -228,10 +229,10 @@ def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
         data["nbformat_minor"] = rng.choice((0, None, "x", 10**9))
     for _ in range(rng.integer_below(5)):
         holder, key = rng.choice(_list_places(data) or [({}, "")])
-        way = rng.integer_below(5)
-        if way <= 2:
+        change_number = rng.integer_below(5)
+        if change_number <= 2:
             holder[key] = _choose_odd_value(rng)
-        elif way == 3 and key in holder if isinstance(holder, dict) else way == 3:
+        elif change_number == 3 and key in holder if isinstance(holder, dict) else change_number == 3:
             del holder[key]
         elif isinstance(holder, dict):
             names = ("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", make_name(rng))
@@ -246,7 +247,7 @@ def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
     if rng.integer_below(6) == 0:
         twice = text.replace('"cells": ', '"cells": [], "cells": ', 1)
         text = rng.choice((twice, f'{text[:-1]}, "cells": {{}}}}'))
-    workspace.put(_choose_file_name(rng), text.encode("utf-8", rng.choice(("replace", "surrogatepass"))))
+    workspace.write(_choose_file_name(rng), text.encode("utf-8", rng.choice(("replace", "surrogatepass"))))
 
 
 def _choose_file_name(rng: Stream) -> str:
@@ -255,25 +256,25 @@ def _choose_file_name(rng: Stream) -> str:
 
 def write_changed_bytes(workspace: Workspace, rng: Stream) -> None:
     encoding = rng.choice(("utf-8", "utf-8", "utf-8", "utf-16", "utf-16-be", "utf-32", "utf-8-sig"))
-    data = bytearray(workspace.right.encode(encoding))
+    data = bytearray(workspace.correct_notebook.encode(encoding))
     for _ in range(1 + rng.integer_below(8)):
-        at, length = rng.integer_below(len(data) + 1), 1 + rng.integer_below(200)
-        way = rng.integer_below(6)
-        if way == 0:
-            data[at : at + 1] = bytes([rng.integer_below(256)])
-        elif way == 1:
-            del data[at : at + length]
-        elif way == 2:
-            data[at:at] = rng.take_bytes(length)
-        elif way == 3:
-            data[at:at] = data[at : at + length]
-        elif way == 4:
-            odd = (b"\0", b"\xff", b"\r", b"\x1a", b"\xed\xa0\x80", b'"', b"{", b"]", b"\\u", b"\xe2\x80\xa8")
-            data[at:at] = rng.choice(odd)
+        start, length = rng.integer_below(len(data) + 1), 1 + rng.integer_below(200)
+        change_number = rng.integer_below(6)
+        if change_number == 0:
+            data[start : start + 1] = bytes([rng.integer_below(256)])
+        elif change_number == 1:
+            del data[start : start + length]
+        elif change_number == 2:
+            data[start:start] = rng.take_bytes(length)
+        elif change_number == 3:
+            data[start:start] = data[start : start + length]
+        elif change_number == 4:
+            odd_bytes = (b"\0", b"\xff", b"\r", b"\x1a", b"\xed\xa0\x80", b'"', b"{", b"]", b"\\u", b"\xe2\x80\xa8")
+            data[start:start] = rng.choice(odd_bytes)
         elif rng.integer_below(4) == 0:
-            del data[at:]
+            del data[start:]
     magics = (b"%PDF", b"PK\x03\x04", b"PK\x05\x06", b"\x1f\x8b", b"\x89PNG", b"\xff\xfe", b"BZh")
-    workspace.put(_choose_file_name(rng), rng.choice((*[b""] * 4, *magics)) + bytes(data))
+    workspace.write(_choose_file_name(rng), rng.choice((*[b""] * 4, *magics)) + bytes(data))
 
 
 # --- cells ---
@@ -286,7 +287,7 @@ _VALUES = tuple(_TEXTS["values"])
 
 
 def _edit_cells(workspace: Workspace, change: Callable[[list[dict[str, Any]]], Any]) -> str:
-    data = json.loads(workspace.right)
+    data = json.loads(workspace.correct_notebook)
     change(data["cells"])
     return json.dumps(data)
 
@@ -294,25 +295,25 @@ def _edit_cells(workspace: Workspace, change: Callable[[list[dict[str, Any]]], A
 def write_hostile_cells(workspace: Workspace, rng: Stream) -> None:
     def change(all_cells: list[dict[str, Any]]) -> None:
         for _ in range(1 + rng.integer_below(4)):
-            cell, way = all_cells[2 + rng.integer_below(3)], rng.integer_below(5)
+            cell, change_number = all_cells[2 + rng.integer_below(3)], rng.integer_below(5)
             variable = str(cell["source"]).partition(" = ")[0]
-            if way == 0:
+            if change_number == 0:
                 all_cells.insert(rng.integer_below(len(all_cells)), code_cell(rng.choice(_SOURCES)))
-            elif way == 1:
+            elif change_number == 1:
                 cell["source"] = f"{cell['source']}\n{rng.choice(_SOURCES)}"
-            elif way <= 3:
+            elif change_number <= 3:
                 cell["source"] = f"{variable} = {rng.choice(_VALUES)}"
             else:
                 cell["source"] = mutate(str(cell["source"]), rng, (*TOKENS, "\n", "%", "!", "#"), 5000)
 
-    workspace.put("hw.ipynb", _edit_cells(workspace, change).encode())
+    workspace.write("hw.ipynb", _edit_cells(workspace, change).encode())
 
 
 # --- archives ---
 
 
 @cache
-def _bomb() -> bytes:
+def _make_bomb() -> bytes:
     return gzip.compress(b"\0" * (MAX_FILE_BYTES + 10), 1)
 
 
@@ -342,14 +343,14 @@ def _make_zip(workspace: Workspace, rng: Stream) -> bytes:
 
 def _make_tar(workspace: Workspace, rng: Stream) -> bytes:
     buffer = io.BytesIO()
-    usual = (tarfile.REGTYPE, tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.FIFOTYPE, tarfile.CHRTYPE, tarfile.DIRTYPE)
-    kinds = (tarfile.REGTYPE, *usual, b"S", b"x", b"L", b"Z")
+    usual_types = (tarfile.REGTYPE, tarfile.REGTYPE, tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.FIFOTYPE)
+    types = (*usual_types, tarfile.CHRTYPE, tarfile.DIRTYPE, b"S", b"x", b"L", b"Z")
     targets = ("hw.ipynb", "/etc/passwd", "..")
-    form = rng.choice((tarfile.USTAR_FORMAT, tarfile.GNU_FORMAT, tarfile.PAX_FORMAT))
-    with tarfile.open(fileobj=buffer, mode="w", format=form, errors="surrogateescape") as archive:
+    tar_format = rng.choice((tarfile.USTAR_FORMAT, tarfile.GNU_FORMAT, tarfile.PAX_FORMAT))
+    with tarfile.open(fileobj=buffer, mode="w", format=tar_format, errors="surrogateescape") as archive:
         for _ in range(rng.choice((0, 1, 1, 2, 4))):
             info, content = tarfile.TarInfo(_choose_member_name(rng)), _choose_member_content(workspace, rng)
-            info.type, info.size, info.linkname = rng.choice(kinds), len(content), rng.choice((*targets, info.name))
+            info.type, info.size, info.linkname = rng.choice(types), len(content), rng.choice((*targets, info.name))
             with contextlib.suppress(ValueError, UnicodeError):
                 archive.addfile(info, io.BytesIO(content))
     data = buffer.getvalue()
@@ -357,40 +358,40 @@ def _make_tar(workspace: Workspace, rng: Stream) -> bytes:
 
 
 def _choose_member_name(rng: Stream) -> str:
-    odd = (
+    odd_names = (
         f"../{NEIGHBOUR}/hw.ipynb", "/etc/hw.ipynb", "a/../../hw.ipynb", "C:\\hw.ipynb", "a\\hw.ipynb",
         "__MACOSX/hw.ipynb", "a/" * 2000 + "hw.ipynb", "x" * 60_000 + ".ipynb", "[Content_Types].xml", "mimetype",
         "hw.ipynb/", "", "./", "inner.zip", "a.tar.gz", make_name(rng),
     )  # fmt: skip
-    return rng.choice(("hw.ipynb", "a/hw.ipynb", "b.ipynb", "hw.py", "hw.md", rng.choice(odd)))
+    return rng.choice(("hw.ipynb", "a/hw.ipynb", "b.ipynb", "hw.py", "hw.md", rng.choice(odd_names)))
 
 
 def _choose_member_content(workspace: Workspace, rng: Stream) -> bytes:
-    right = workspace.right.encode()
-    return rng.choice((right, right, b"", b"{}", rng.take_bytes(300), b"PK\x03\x04", right[:500]))
+    notebook = workspace.correct_notebook.encode()
+    return rng.choice((notebook, notebook, b"", b"{}", rng.take_bytes(300), b"PK\x03\x04", notebook[:500]))
 
 
 def write_archive(workspace: Workspace, rng: Stream) -> None:
-    kind = rng.integer_below(12)
-    if kind == 0:
-        workspace.put(rng.choice(("a.tar.gz", "hw.ipynb", "a.zip")), _bomb())
+    choice = rng.integer_below(12)
+    if choice == 0:
+        workspace.write(rng.choice(("a.tar.gz", "hw.ipynb", "a.zip")), _make_bomb())
         return
-    content = bytearray((_make_zip if kind % 2 else _make_tar)(workspace, rng))
+    content = bytearray((_make_zip if choice % 2 else _make_tar)(workspace, rng))
     for _ in range(rng.choice((0, 0, 1, 3))):
-        at, way = rng.integer_below(len(content) + 1), rng.integer_below(5)
-        if way == 0:
-            del content[at:]
-        elif way == 1:
-            content[at : at + 4] = rng.choice(
+        start, change_number = rng.integer_below(len(content) + 1), rng.integer_below(5)
+        if change_number == 0:
+            del content[start:]
+        elif change_number == 1:
+            content[start : start + 4] = rng.choice(
                 (b"\xff" * 4, b"\0" * 4, struct.pack("<I", 2**31), b"99999999", rng.take_bytes(4))
             )
-        elif way == 2:
-            content[at : at + 1] = rng.take_bytes(1)
-        elif way == 3:
+        elif change_number == 2:
+            content[start : start + 1] = rng.take_bytes(1)
+        elif change_number == 3:
             content[0:0] = rng.choice((b"#!/bin/sh\n", b"\0" * 512, bytes(content[:600])))
         else:
             content += rng.choice((bytes(content), b"PK\x05\x06" + b"\xff" * 18, b"\0" * 2000))
-    workspace.put(rng.choice(("a.zip", "a.tar", "a.tar.gz", "hw.ipynb", "a.tgz", make_name(rng))), bytes(content))
+    workspace.write(rng.choice(("a.zip", "a.tar", "a.tar.gz", "hw.ipynb", "a.tgz", make_name(rng))), bytes(content))
 
 
 Kind = Callable[[Workspace, Stream], None]
@@ -404,8 +405,8 @@ FREQUENT_KINDS = (*KINDS, "names", "links", *["structures"] * 4, *["bytes"] * 3,
 """Kinds to choose from; those with many variants occur more often."""
 
 
-def submit_random(root: Path, right: str, rng: Stream, choices: tuple[str, ...] = FREQUENT_KINDS) -> str:
-    workspace = Workspace(root, choose_folder(root, rng), right)
+def submit_random(root: Path, correct_notebook: str, rng: Stream, choices: tuple[str, ...] = FREQUENT_KINDS) -> str:
+    workspace = Workspace(root, choose_folder(root, rng), correct_notebook)
     kinds = [rng.choice(choices) for _ in range(1 + rng.integer_below(8) // 6)]
     kinds.sort(key=lambda kind: kind == "links")  # later kinds would write into a linked folder
     if kinds[0] == "links":

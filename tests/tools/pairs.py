@@ -37,61 +37,61 @@ COFUNCTIONS = {"sin": "cos", "cos": "sin"}
 Rule = Callable[[Node, Stream], Node | None]
 
 
-def call(name: str, arg: Node) -> Node:
+def apply_function(name: str, arg: Node) -> Node:
     return Node("call", (arg,), name)
 
 
-def is_wave(node: Node) -> bool:
+def is_sine_or_cosine(node: Node) -> bool:
     return node.kind == "call" and node.value in COFUNCTIONS
 
 
 def shift_angle(node: Node, rng: Stream) -> Node | None:
     """Rewrite sin(x) as cos(x - pi/2), as -sin(x + pi), or with full turns added."""
-    if not is_wave(node):
+    if not is_sine_or_cosine(node):
         return None
-    x, kind, quarter = node.args[0], rng.integer_below(3), PI / 2
-    if kind == 0:
-        return call(COFUNCTIONS[node.value], x - quarter if node.value == "sin" else x + quarter)
-    if kind == 1:
-        return -call(node.value, rng.choice((x + PI, x - PI)))
-    return call(node.value, x + make_number(2 * rng.integer(1, 3)) * PI)
+    x, rule_number, quarter_turn = node.args[0], rng.integer_below(3), PI / 2
+    if rule_number == 0:
+        return apply_function(COFUNCTIONS[node.value], x - quarter_turn if node.value == "sin" else x + quarter_turn)
+    if rule_number == 1:
+        return -apply_function(node.value, rng.choice((x + PI, x - PI)))
+    return apply_function(node.value, x + make_number(2 * rng.integer(1, 3)) * PI)
 
 
 def use_half_angles(node: Node, rng: Stream) -> Node | None:
-    if not is_wave(node):
+    if not is_sine_or_cosine(node):
         return None
-    sine, cosine, tangent = (call(name, node.args[0] / 2) for name in ("sin", "cos", "tan"))
+    sine, cosine, tangent = (apply_function(name, node.args[0] / 2) for name in ("sin", "cos", "tan"))
     if rng.integer_below(2):
         return (2 * tangent if node.value == "sin" else ONE - tangent**2) / (ONE + tangent**2)
     return 2 * sine * cosine if node.value == "sin" else ONE - 2 * sine**2
 
 
 def use_exponentials(node: Node, rng: Stream) -> Node | None:
-    if not is_wave(node):
+    if not is_sine_or_cosine(node):
         return None
-    ahead, back = (call("exp", IMAGINARY * angle) for angle in (node.args[0], -node.args[0]))
+    ahead, back = (apply_function("exp", IMAGINARY * angle) for angle in (node.args[0], -node.args[0]))
     return (ahead + back) / 2 if node.value == "cos" else (ahead - back) / (2 * IMAGINARY)
 
 
 def expand_angle_sum(node: Node, rng: Stream) -> Node | None:
-    if not is_wave(node) or node.args[0].kind not in ("+", "-"):
+    if not is_sine_or_cosine(node) or node.args[0].kind not in ("+", "-"):
         return None
     sign = 1 if node.args[0].kind == "+" else -1
-    (sx, cx), (sy, cy) = ((call("sin", x), call("cos", x)) for x in node.args[0].args)
+    (sx, cx), (sy, cy) = ((apply_function("sin", x), apply_function("cos", x)) for x in node.args[0].args)
     return sx * cy + sign * (cx * sy) if node.value == "sin" else cx * cy - sign * (sx * sy)
 
 
-def product_to_sum(node: Node, rng: Stream) -> Node | None:
-    if node.kind != "*" or not all(map(is_wave, node.args)):
+def rewrite_product_as_sum(node: Node, rng: Stream) -> Node | None:
+    if node.kind != "*" or not all(map(is_sine_or_cosine, node.args)):
         return None
     (f, x), (g, y) = ((arg.value, arg.args[0]) for arg in node.args)
     if f == g:
-        return (call("cos", x - y) + (1 if f == "cos" else -1) * call("cos", x + y)) / 2
-    return (call("sin", x + y) + (1 if f == "sin" else -1) * call("sin", x - y)) / 2
+        return (apply_function("cos", x - y) + (1 if f == "cos" else -1) * apply_function("cos", x + y)) / 2
+    return (apply_function("sin", x + y) + (1 if f == "sin" else -1) * apply_function("sin", x - y)) / 2
 
 
 def multiply_by_one(node: Node, rng: Stream) -> Node | None:
-    s, c = call("sin", THETA1), call("cos", THETA1)
+    s, c = apply_function("sin", THETA1), apply_function("cos", THETA1)
     return node * rng.choice((s**2 + c**2, c / c, Node("decimal", value=Fraction(1))))
 
 
@@ -120,13 +120,13 @@ def insert_identity(node: Node, rng: Stream) -> Node | None:
 
 
 REWRITINGS: tuple[Rule, ...] = (
-    shift_angle, use_half_angles, use_exponentials, expand_angle_sum, product_to_sum, multiply_by_one, swap_operands,
-    swap_operands, multiply_out, multiply_out, write_as_decimal, insert_identity,
+    shift_angle, use_half_angles, use_exponentials, expand_angle_sum, rewrite_product_as_sum, multiply_by_one,
+    swap_operands, swap_operands, multiply_out, multiply_out, write_as_decimal, insert_identity,
 )  # fmt: skip
 
 
 def swap_sine_and_cosine(node: Node, rng: Stream) -> Node | None:
-    return call(COFUNCTIONS[node.value], node.args[0]) if is_wave(node) else None
+    return apply_function(COFUNCTIONS[node.value], node.args[0]) if is_sine_or_cosine(node) else None
 
 
 def change_sign(node: Node, rng: Stream) -> Node | None:
@@ -150,7 +150,9 @@ def change_number(node: Node, rng: Stream) -> Node | None:
 
 def lose_sign(node: Node, rng: Stream) -> Node | None:
     """Remove the sign of a sine or cosine with an absolute value or a root."""
-    return rng.choice((call("abs", node), call("sqrt", node**2))) if is_wave(node) else None
+    if not is_sine_or_cosine(node):
+        return None
+    return rng.choice((apply_function("abs", node), apply_function("sqrt", node**2)))
 
 
 def add_small_term(node: Node, rng: Stream) -> Node | None:
@@ -162,33 +164,33 @@ MUTATIONS: tuple[Rule, ...] = (
 )  # fmt: skip
 
 
-def places(node: Node) -> list[tuple[int, ...]]:
-    return [(), *((i, *place) for i, arg in enumerate(node.args) for place in places(arg))]
+def list_places(node: Node) -> list[tuple[int, ...]]:
+    return [(), *((i, *place) for i, arg in enumerate(node.args) for place in list_places(arg))]
 
 
-def subtree_at(node: Node, place: tuple[int, ...]) -> Node:
+def find_subtree(node: Node, place: tuple[int, ...]) -> Node:
     for i in place:
         node = node.args[i]
     return node
 
 
-def replace_at(node: Node, place: tuple[int, ...], new: Node) -> Node:
+def replace_subtree(node: Node, place: tuple[int, ...], subtree: Node) -> Node:
     if not place:
-        return new
+        return subtree
     args = list(node.args)
-    args[place[0]] = replace_at(args[place[0]], place[1:], new)
+    args[place[0]] = replace_subtree(args[place[0]], place[1:], subtree)
     return Node(node.kind, tuple(args), node.value)
 
 
 def apply_rules(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) -> Node:
     for _ in range(steps):
         for _ in range(20):
-            place = rng.choice(places(node))
-            inside_a_power = any(subtree_at(node, place[:k]).kind == "^" and place[k] == 1 for k in range(len(place)))
-            new = None if inside_a_power else rng.choice(rules)(subtree_at(node, place), rng)
-            if new is not None:
-                longer = replace_at(node, place, new)
-                node = longer if len(format_tree(longer)) <= 2 * MAX_LENGTH else node
+            place = rng.choice(list_places(node))
+            is_in_exponent = any(find_subtree(node, place[:k]).kind == "^" and place[k] == 1 for k in range(len(place)))
+            new_subtree = None if is_in_exponent else rng.choice(rules)(find_subtree(node, place), rng)
+            if new_subtree is not None:
+                new_tree = replace_subtree(node, place, new_subtree)
+                node = new_tree if len(format_tree(new_tree)) <= 2 * MAX_LENGTH else node
                 break
     return node
 
@@ -196,15 +198,17 @@ def apply_rules(node: Node, rules: tuple[Rule, ...], rng: Stream, steps: int) ->
 def is_different(first: Node, second: Node, domain: Domain, rng: Stream) -> bool | None:
     symbols = find_names(first) | find_names(second)
     values = domain.sample(symbols, 200, rng)
-    (a, ma), (b, mb) = (evaluate(compile_program([tree]), values, 200) for tree in (first, second))
-    good = np.isfinite(a) & np.isfinite(b) & np.isfinite(ma) & np.isfinite(mb)
-    difference = np.abs(a[good] - b[good]) / np.maximum(ma[good] + mb[good], 1e-300)
+    (a, scale_a), (b, scale_b) = (evaluate(compile_program([tree]), values, 200) for tree in (first, second))
+    is_finite = np.isfinite(a) & np.isfinite(b) & np.isfinite(scale_a) & np.isfinite(scale_b)
+    difference = np.abs(a[is_finite] - b[is_finite]) / np.maximum(scale_a[is_finite] + scale_b[is_finite], 1e-300)
     if not len(difference):
         return None
-    return True if difference.max() > 1e-10 else None if difference.max() > 1e-13 else False
+    if difference.max() > 1e-10:
+        return True
+    return None if difference.max() > 1e-13 else False
 
 
-def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
+def generate_references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
     for seed in seeds:
         for family in FAMILIES:
             names = ("jacobian",) if FAMILIES[family].has_varied_structure else QUESTION_NAMES
@@ -218,13 +222,13 @@ def references(seeds: Iterator[int]) -> Iterator[tuple[str, Node, Domain]]:
                         yield f"{family}/{seed} {part.name}[{index}]", parse_formula(text, domain.roles), domain
 
 
-def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
-    """Yield the source of an answer, its kind, whether it is right, the grader's verdict, and the answer.
+def generate_verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
+    """Yield an answer's source, how it was made, whether it is right, whether the grader accepts it, and the answer.
 
-    Of each answer it is known whether it is the same function as the reference.
+    An answer is right if it is the same function as the reference.
     """
     count_so_far = 0
-    for source, reference, domain in references(iter(range(10**9))):
+    for source, reference, domain in generate_references(iter(range(10**9))):
         for k in range(6):
             if count_so_far >= count:
                 return
@@ -240,23 +244,24 @@ def verdicts(count: int) -> Iterator[tuple[str, str, bool, bool, str]]:
                 continue  # floating-point values can't tell
             count_so_far += 1
             judgement = judge_expression(answer, format_tree(reference), domain, f"pairs/{source}/{k}")
-            kind, verdict = "rewritten" if is_rewriting else "changed", judgement.outcome is Outcome.CORRECT
-            yield source, kind, not differs, verdict, answer
+            change = "rewritten" if is_rewriting else "changed"
+            yield source, change, not differs, judgement.outcome is Outcome.CORRECT, answer
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=100_000)
     count = parser.parse_args().count
-    counts, wrong, start = Counter[str](), 0, time.perf_counter()
-    for source, kind, is_right, verdict, answer in verdicts(count):
-        counts[f"{kind} ({'right' if is_right else 'wrong'})"] += 1
-        if verdict != is_right:
-            wrong += 1
-            print(f"{source}: {kind}, {'right' if is_right else 'wrong'} answer judged otherwise: {answer}", flush=True)
-    summary = ", ".join(f"{number} {kind}" for kind, number in sorted(counts.items()))
-    print(f"{summary}: {wrong} wrong verdicts in {time.perf_counter() - start:.0f} s")
-    return 1 if wrong else 0
+    counts, wrong_count, start = Counter[str](), 0, time.perf_counter()
+    for source, change, is_right, is_accepted, answer in generate_verdicts(count):
+        description = "right" if is_right else "wrong"
+        counts[f"{change} ({description})"] += 1
+        if is_accepted != is_right:
+            wrong_count += 1
+            print(f"{source}: {change}, {description} answer judged otherwise: {answer}", flush=True)
+    summary = ", ".join(f"{number} {name}" for name, number in sorted(counts.items()))
+    print(f"{summary}: {wrong_count} wrong verdicts in {time.perf_counter() - start:.0f} s")
+    return 1 if wrong_count else 0
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Compare the two readers of answers, Python's and the site's: the tree of each text, and the verdict on each answer.
+"""Compare the two parsers of answers, Python's and the site's: the tree of each text, and the verdict on each answer.
 
 `python -m tests.tools.readers --count 5000` generates texts and answers from what students write (the same ones in
-every run), gives them to both readers, and prints where the readers differ. Messages may differ; acceptance, trees and
+every run), gives them to both parsers, and prints where these differ. Messages may differ; acceptance, trees and
 verdicts may not. Python's results for texts chosen by hand are stored for the site's own tests (`site_corpus`).
 """
 
@@ -44,9 +44,9 @@ SITE = ROOT / "site"
 
 _REVOLUTE_JOINTS = tuple(Joint("R", sp.Symbol(f"theta{i}"), 0, sp.Symbol(f"a{i}", positive=True), 0) for i in (1, 2))
 FAMILIES = ("planar-2r", "planar-3r", "elbow-3r", "polar-rp", "scara", "wrist-zyz")
-TEXTBOOK = ("position", "jacobian", "determinant", "singular-angles", "lost-direction", "rank")
+TEXTBOOK_QUESTIONS = ("position", "jacobian", "determinant", "singular-angles", "lost-direction", "rank")
 """Questions about the planar 2R arm, whose formulas are short and whose singular angles are 0 and pi."""
-KINDS = (
+QUESTION_NAMES = (
     "position", "velocity-component", "jacobian", "determinant", "gram-determinant", "inverse-velocity", "joint-rates",
     "least-norm-rates", "rank", "manipulability", "lost-direction", "self-motion", "singular-angles", "joint-torques",
 )  # fmt: skip
@@ -65,32 +65,34 @@ class Query:
 
     def as_json(self) -> dict[str, Any]:
         symbols = [sorted(symbol_set) for symbol_set in SYMBOL_SETS]
-        return {"symbols": symbols, "readings": self.readings, "problems": problems_json(), "answers": self.answers}
+        problems = list_problem_records()
+        return {"symbols": symbols, "readings": self.readings, "problems": problems, "answers": self.answers}
 
 
 @cache
-def problems() -> tuple[Problem, ...]:
+def list_problems() -> tuple[Problem, ...]:
     """Return the problems whose answers are compared, with the parts that are typed as formulas or numbers."""
     arms = [get_problem(family, 0) for family in FAMILIES]
-    plain = ask_question("position", Chain("plain 2R", _REVOLUTE_JOINTS, ("vx", "vy")))
-    parts = tuple(part for kind in TEXTBOOK for part in ask_question(kind, plain.chain).parts)
-    few = (replace(arm, parts=tuple(part for part in arm.parts if part.kind in KINDS)) for arm in arms)
-    return (replace(plain, parts=parts), *few)
+    plain_problem = ask_question("position", Chain("plain 2R", _REVOLUTE_JOINTS, ("vx", "vy")))
+    parts = tuple(part for name in TEXTBOOK_QUESTIONS for part in ask_question(name, plain_problem.chain).parts)
+    parts_of_arms = [tuple(part for part in arm.parts if part.kind in QUESTION_NAMES) for arm in arms]
+    problems = (replace(arm, parts=arm_parts) for arm, arm_parts in zip(arms, parts_of_arms, strict=True))
+    return (replace(plain_problem, parts=parts), *problems)
 
 
 @cache
-def problems_json() -> list[dict[str, Any]]:
+def list_problem_records() -> list[dict[str, Any]]:
     return [
         {
             "id": f"{problem.chain.name} {problem.id}",
             "robot": make_arm_record(problem)["robot"],
-            "parts": [part_json(problem, part) for part in problem.parts],
+            "parts": [make_part_record(problem, part) for part in problem.parts],
         }
-        for problem in problems()
+        for problem in list_problems()
     ]
 
 
-def part_json(problem: Problem, part: Part) -> dict[str, Any]:
+def make_part_record(problem: Problem, part: Part) -> dict[str, Any]:
     """Return a part in the form of the site's bank, with the fields that judging needs."""
     question, key = ALL_QUESTIONS[part.kind], make_key(problem, part, with_mistakes=False)
     labels, columns = list(question.list_names_to_type(problem.chain, part)), list(question.name_columns(problem.chain))
@@ -100,37 +102,37 @@ def part_json(problem: Problem, part: Part) -> dict[str, Any]:
 # --- Python's reader ---
 
 
-def tree_text(text: str, known: frozenset[str]) -> str | None:
-    """Return the tree of a text in the form of `canonical`, or None if it is refused."""
+def write_tree(text: str, symbols: frozenset[str]) -> str | None:
+    """Return the tree of a text in the form of `format_canonical`; None if the text is refused."""
     try:
-        return canonical(parse_formula(text, known))
+        return format_canonical(parse_formula(text, symbols))
     except ParseError:
         return None
 
 
-def canonical(tree: Node) -> str:
+def format_canonical(tree: Node) -> str:
     """Return a tree as a text in the form (kind inner inner), with unchanged names and exact numbers.
 
-    >>> canonical(parse_formula("2*a1 + sin(0.50)"))
+    >>> format_canonical(parse_formula("2*a1 + sin(0.50)"))
     '(+ (* #2 a1) (call sin #5e-1))'
     """
     parts: list[str] = []
-    todo: list[Node | None] = [tree]
-    while todo:  # no recursion: a long sum is a deep tree
-        top = todo.pop()
-        if top is None:
+    unvisited_nodes: list[Node | None] = [tree]
+    while unvisited_nodes:  # no recursion: a long sum is a deep tree
+        node = unvisited_nodes.pop()
+        if node is None:
             parts.append(")")
-        elif top.kind == "name":
-            parts.append(f" {top.value}")
-        elif top.kind in ("number", "decimal"):
-            parts.append(f" {_exact_number(top)}")
+        elif node.kind == "name":
+            parts.append(f" {node.value}")
+        elif node.kind in ("number", "decimal"):
+            parts.append(f" {_write_exact_number(node)}")
         else:
-            parts.append(f" ({top.kind}{f' {top.value}' if top.kind == 'call' else ''}")
-            todo += [None, *reversed(top.args)]
+            parts.append(f" ({node.kind}{f' {node.value}' if node.kind == 'call' else ''}")
+            unvisited_nodes += [None, *reversed(node.args)]
     return "".join(parts)[1:]
 
 
-def _exact_number(node: Node) -> str:
+def _write_exact_number(node: Node) -> str:
     value: Fraction = node.value
     if node.kind == "number":
         return f"#{value.numerator}"
@@ -145,7 +147,7 @@ def _exact_number(node: Node) -> str:
 
 def judge_answer(problem: int, name: str, text: str) -> tuple[str, float]:
     """Return the outcome of an answer, and its share of the points under the default rules."""
-    return judge_part(problems()[problem], part_of(problem, name), text, f"readers/{text!a}")
+    return judge_part(list_problems()[problem], find_part(problem, name), text, f"readers/{text!a}")
 
 
 def judge_part(problem: Problem, part: Part, text: str, seed: str) -> tuple[str, float]:
@@ -155,8 +157,8 @@ def judge_part(problem: Problem, part: Part, text: str, seed: str) -> tuple[str,
     return judgement.outcome.value, round(judgement.share, 9)
 
 
-def part_of(problem: int, name: str) -> Part:
-    return next(part for part in problems()[problem].parts if part.name == name)
+def find_part(problem: int, name: str) -> Part:
+    return next(part for part in list_problems()[problem].parts if part.name == name)
 
 
 # --- the site's reader ---
@@ -182,29 +184,28 @@ def find_differences(query: Query) -> Iterator[str]:
     """
     site_result = ask_site(query)
     for (text, k), site_tree in zip(query.readings, site_result["readings"], strict=True):
-        python_tree = tree_text(text, SYMBOL_SETS[k])
+        python_tree = write_tree(text, SYMBOL_SETS[k])
         if python_tree != site_tree:
             yield f"{text!a} with symbols {k}: Python {python_tree}, site {site_tree}"
-    for (problem, name, text), (outcome, share, is_sure) in zip(query.answers, site_result["verdicts"], strict=True):
-        ours_outcome, ours_share = judge_answer(problem, name, text)
-        if outcome == "correct" and not is_sure and ours_outcome in ("wrong", "partial") and not _is_set(problem, name):
+    for (problem, name, text), site_verdict in zip(query.answers, site_result["verdicts"], strict=True):
+        site_outcome, site_share, is_sure = site_verdict
+        python_outcome, python_share = judge_answer(problem, name, text)
+        is_unsure = site_outcome == "correct" and not is_sure and python_outcome in ("wrong", "partial")
+        if is_unsure and not isinstance(find_part(problem, name).answer, ConditionSet):
             continue
-        if (outcome, round(share, 6)) != (ours_outcome, round(ours_share, 6)):
-            both = f"Python {ours_outcome} {ours_share:g}, site {outcome} {share:g}{'' if is_sure else ', unsure'}"
-            yield f"{problems()[problem].id} {name} {text!a}: {both}"
-
-
-def _is_set(problem: int, name: str) -> bool:
-    return isinstance(part_of(problem, name).answer, ConditionSet)
+        if (site_outcome, round(site_share, 6)) != (python_outcome, round(python_share, 6)):
+            site_text = f"{site_outcome} {site_share:g}{'' if is_sure else ', unsure'}"
+            results = f"Python {python_outcome} {python_share:g}, site {site_text}"
+            yield f"{list_problems()[problem].id} {name} {text!a}: {results}"
 
 
 # --- generating texts ---
 
 TEXTS = json.loads((DATA / "typed_texts.json").read_text(encoding="utf-8"))
-SETS, ANYTHING, MORE, WORDS, STARTS, ENDS = (
+SETS, ANYTHING, LIMITS, WORDS, STARTS, ENDS = (
     TEXTS[name] for name in ("sets", "anything", "limits and former differences", "replacements", "starts", "ends")
 )
-"""Sets of configurations, for most arms wrong; answers to any question; limits; and changes in an answer."""
+"""Sets of configurations, which are wrong for most arms; answers to any question; limits; and changes in an answer."""
 
 _NEAR_PI = (
     *(f"{turns * math.pi:.{digits}g}" for turns in (1, -1, 3) for digits in range(2, 18)),
@@ -227,18 +228,16 @@ def make_query(count: int, seed: str) -> Query:
     """Return `count` texts, and a quarter as many answers, generated from what students write."""
     rng = Stream(f"readers/{seed}")
     texts = [text for text in (*load_seed_texts(), *list_known_texts()) if len(text) < 300]
-    query = Query(
-        [(text, k) for text in (*list_known_texts(), *SETS, *ANYTHING) for k in range(len(SYMBOL_SETS))][: count // 4]
-    )
+    fixed_texts = (*list_known_texts(), *SETS, *ANYTHING)
+    query = Query([(text, k) for text in fixed_texts for k in range(len(SYMBOL_SETS))][: count // 4])
     while len(query.readings) < count:
         text = rng.choice(texts) if rng.integer_below(3) else _combine_words(rng)
         for _ in range(rng.integer_below(3)):
             text = _replace_some(text, rng.choice(WORDS), rng)
         for _ in range(rng.integer_below(3)):
             text = mutate(text, rng, TOKENS, max_length=600)
-        query.readings.append(
-            (text + (rng.choice(ENDS) if rng.integer_below(5) == 0 else ""), rng.integer_below(len(SYMBOL_SETS)))
-        )
+        text += rng.choice(ENDS) if rng.integer_below(5) == 0 else ""
+        query.readings.append((text, rng.integer_below(len(SYMBOL_SETS))))
     while len(query.answers) < count // 4:
         query.answers.append(_make_answer(rng))
     return query
@@ -247,13 +246,13 @@ def make_query(count: int, seed: str) -> Query:
 def _combine_words(rng: Stream) -> str:
     """Return a random sequence of words and signs of the vocabulary, and of characters of all scripts."""
     return "".join(
-        rng.choice(_all_words()) if rng.integer_below(12) else _choose_character(rng)
+        rng.choice(_list_all_words()) if rng.integer_below(12) else _choose_character(rng)
         for _ in range(1 + rng.integer_below(12))
     )
 
 
 @cache
-def _all_words() -> tuple[str, ...]:
+def _list_all_words() -> tuple[str, ...]:
     words = (word for name in VOCABULARY if name not in ("about", "patterns") for word in _list_words(VOCABULARY[name]))
     return (*TOKENS, *words)
 
@@ -279,17 +278,18 @@ def _choose_character(rng: Stream) -> str:
 
 def make_stored_query() -> Query:
     """Return the texts and answers whose trees and verdicts are stored for the site's own tests."""
-    texts = (*(text for text in (*list_known_texts(), *load_seed_texts()) if len(text) < 300), *SETS, *ANYTHING, *MORE)
+    short_texts = [text for text in (*list_known_texts(), *load_seed_texts()) if len(text) < 300]
+    texts = (*short_texts, *SETS, *ANYTHING, *LIMITS)
     query = Query([(text, k) for text in dict.fromkeys(texts) for k in range(len(SYMBOL_SETS))])
-    for k, problem in enumerate(problems()):
+    for k, problem in enumerate(list_problems()):
         for part in problem.parts:
-            right_texts = right_answers(k, part.name)
+            right_texts = list_right_answers(k, part.name)
             answers = list(right_texts)
             if k == 0:
                 answers += [*ANYTHING, *(right_texts[0].replace(old, new) for old, new in WORDS)]
                 answers += [f"{start}{right_texts[0]}{end}" for start, end in product(STARTS[3:], ENDS[:2])]
             if isinstance(part.answer, ConditionSet):
-                answers += (*SETS, *DECIMALS) if k == 0 else SETS[:: len(problems())]
+                answers += (*SETS, *DECIMALS) if k == 0 else SETS[:: len(list_problems())]
             query.answers += [(k, part.name, text) for text in dict.fromkeys(answers)]
     return query
 
@@ -301,10 +301,10 @@ def list_known_texts() -> list[str]:
 
 
 def _make_answer(rng: Stream) -> Answer:
-    k = rng.integer_below(len(problems()))
-    part = rng.choice(problems()[k].parts)
+    k = rng.integer_below(len(list_problems()))
+    part = rng.choice(list_problems()[k].parts)
     is_set = isinstance(part.answer, ConditionSet)
-    text = rng.choice(SETS) if is_set and rng.integer_below(3) else rng.choice(right_answers(k, part.name))
+    text = rng.choice(SETS) if is_set and rng.integer_below(3) else rng.choice(list_right_answers(k, part.name))
     if rng.integer_below(12) == 0:
         text = rng.choice(ANYTHING)
     for _ in range(rng.integer_below(3)):
@@ -318,17 +318,17 @@ def _make_answer(rng: Stream) -> Answer:
 
 def _replace_some(text: str, pair: Sequence[str], rng: Stream) -> str:
     old, new = pair
-    places = text.count(old)
-    if places == 0 or rng.integer_below(2):
+    count = text.count(old)
+    if count == 0 or rng.integer_below(2):
         return text.replace(old, new)
-    pieces = text.split(old)
-    index = 1 + rng.integer_below(places)
-    return old.join(pieces[:index]) + new + old.join(pieces[index:])
+    texts_between = text.split(old)
+    index = 1 + rng.integer_below(count)
+    return old.join(texts_between[:index]) + new + old.join(texts_between[index:])
 
 
 @cache
-def right_answers(problem: int, name: str) -> Sequence[str]:
-    part = part_of(problem, name)
+def list_right_answers(problem: int, name: str) -> Sequence[str]:
+    part = find_part(problem, name)
     texts = [part.answer.write_code(), part.answer.as_typed()]
     if isinstance(part.answer, ConditionSet):
         return [*texts, ", ".join(part.answer.list_pieces()), *part.answer.list_pieces()]

@@ -27,18 +27,17 @@ SCHEMAS = ROOT / "docs" / "schemas"
 def make_pages() -> dict[str, str]:
     """Return the texts of the pages by file name."""
     return {
-        "export-formats.md": export_formats_page(),
-        "library.md": library_page(),
-        "compatibility.md": compatibility_page(),
+        "export-formats.md": make_export_formats_page(),
+        "library.md": make_library_page(),
+        "compatibility.md": make_compatibility_page(),
     }
 
 
-def export_formats_page() -> str:
+def make_export_formats_page() -> str:
     """Return the page of export formats: which program reads each, and which tests check that it can be read."""
     order = ["generate", "serve", *EXPORT_FORMATS]  # the table of tests has rows for students' notebooks, too
-    records = sorted(
-        _read_platform_runs(), key=lambda record: (order.index(record["export_format"]), record["software"])
-    )
+    records = list(_read_platform_runs())
+    records.sort(key=lambda record: (order.index(record["export_format"]), record["software"]))
     return render(
         "docs/export-formats.md.j2", export_formats=EXPORT_FORMATS.values(), formats=FORMATS.values(), records=records
     )
@@ -62,12 +61,10 @@ def _read_platform_runs() -> Iterator[dict[str, str]]:
 # --- compatibility ---
 
 
-def compatibility_page() -> str:
+def make_compatibility_page() -> str:
     """Return the page on compatibility between versions, with the version of each schema."""
-    paths_and_schemas = [
-        (path, json.loads(path.read_text(encoding="utf-8"))) for path in sorted(SCHEMAS.glob("*.json"))
-    ]
-    schemas = [{"name": path.stem, **schema} for path, schema in paths_and_schemas]
+    paths = sorted(SCHEMAS.glob("*.json"))
+    schemas = [{"name": path.stem, **json.loads(path.read_text(encoding="utf-8"))} for path in paths]
     return render("docs/compatibility.md.j2", schemas=schemas, engine=ENGINE)
 
 
@@ -89,21 +86,13 @@ class LibraryName:
     attributes: Sequence[str] = ()
 
 
-def library_page() -> str:
+def make_library_page() -> str:
     """Return the reference of the public names of `qdot`, made from their docstrings."""
     module_by_name = {name: home for home, names in qdot._HOMES.items() for name in names}
-    sorted_names = sorted(module_by_name, key=str.casefold)
-    packages = [
-        (
-            title,
-            [
-                _describe(name, module_by_name[name])
-                for name in sorted_names
-                if module_by_name[name].startswith(package)
-            ],
-        )
-        for title, package in (("The question", "exercises"), ("The answer", "grader"))
-    ]
+    packages = []
+    for title, package in (("The question", "exercises"), ("The answer", "grader")):
+        names = sorted((name for name in module_by_name if module_by_name[name].startswith(package)), key=str.casefold)
+        packages.append((title, [_describe(name, module_by_name[name]) for name in names]))
     return render("docs/library.md.j2", packages=packages)
 
 
@@ -115,13 +104,13 @@ def _describe(name: str, home: str) -> LibraryName:
         assert match, name
         return LibraryName(name, name, match[1], "")
     text, prompt, example = (inspect.getdoc(item) or "").partition(">>>")
-    attributes = [field.name for field in fields(item)] if is_dataclass(item) and not _signature(item) else []
+    attributes = [field.name for field in fields(item)] if is_dataclass(item) and not _write_signature(item) else []
     if all(f"`{attribute}`" in text for attribute in attributes):
         attributes = []
-    return LibraryName(name, name + _signature(item), text.strip(), prompt + example, attributes)
+    return LibraryName(name, name + _write_signature(item), text.strip(), prompt + example, attributes)
 
 
-def _signature(item: Any) -> str:
+def _write_signature(item: Any) -> str:
     """Return the parameters of a function or class as text, with the names of types without their modules."""
     if inspect.isclass(item) and item.__name__ not in CONSTRUCTED_CLASSES:
         return ""

@@ -26,37 +26,37 @@ TARGET = ROOT / "site" / "tests" / "arms.json"
 Table = dict[str, Any]
 
 
-def arms_text() -> str:
+def make_arms_text() -> str:
     robots = json.loads(make_tables_json())
-    stored = (case["table"] for case in json.loads(TARGET.read_text(encoding="utf-8")))
-    drawn = (table for table in stored if table["name"].startswith("drawn"))  # random, of two to seven joints
-    tables = [*robots["plain"], *robots["robots"], *drawn]
-    cases = [json.dumps(_case(table, f"arm/{i}"), ensure_ascii=False) for i, table in enumerate(tables)]
+    stored_tables = [arm["table"] for arm in json.loads(TARGET.read_text(encoding="utf-8"))]
+    random_tables = [table for table in stored_tables if table["name"].startswith("drawn")]  # of two to seven joints
+    tables = [*robots["plain"], *robots["robots"], *random_tables]
+    cases = [json.dumps(_make_case(table, f"arm/{i}"), ensure_ascii=False) for i, table in enumerate(tables)]
     return "[\n" + ",\n".join(cases) + "\n]\n"
 
 
-def _case(table: Table, name: str) -> dict[str, Any]:
-    stored = {key: value for key, value in table.items() if key not in ("key", "titles", "source")}
-    toml = toml_text(stored)
+def _make_case(table: Table, name: str) -> dict[str, Any]:
+    stored_table = {key: value for key, value in table.items() if key not in ("key", "titles", "source")}
+    toml = write_robot_toml(stored_table)
     with TemporaryDirectory() as folder:
         path = Path(folder) / "arm.toml"
         path.write_text(toml, encoding="utf-8")
         robot = read_robot_file(path)
     chain, stream = robot.chain, Stream(name)
     q = [round(stream.uniform(-3, 3) if joint.is_revolute else stream.uniform(0.1, 1), 3) for joint in chain.joints]
-    jacobian = compute_jacobian(stored, q)
+    jacobian = compute_jacobian(stored_table, q)
     error = np.abs(jacobian - NumericChain(chain, {}).compute_jacobian(np.array(q))).max()
     if error > (1e-8 if robot.is_table_rounded else 1e-12):
         raise AssertionError(f"{name}: the arm read from the file differs from the table by {error}")
     task_rows = jacobian[[VELOCITY_NAMES.index(row) for row in chain.task]]
-    square = task_rows.shape[0] == task_rows.shape[1]
+    is_square = task_rows.shape[0] == task_rows.shape[1]
     return {
-        "table": stored,
+        "table": stored_table,
         "toml": toml,
         "task": list(chain.task),
         "q": q,
         "jacobian": jacobian.tolist(),
-        "det": float(np.linalg.det(task_rows)) if square else None,
+        "det": float(np.linalg.det(task_rows)) if is_square else None,
         "sigma": np.linalg.svd(task_rows, compute_uv=False).tolist(),
     }
 
@@ -78,14 +78,15 @@ def compute_jacobian(table: Table, q: list[float]) -> np.ndarray:
         d, a = (number(row[key], False, q_i, i) for key in ("d", "a"))
         about_x, about_z = _rotate(0, alpha) @ _translate(a, 0, 0), _rotate(2, theta) @ _translate(0, 0, d)
         pose = pose @ about_x if is_modified else pose
-        moving = "theta" if row["kind"] == "R" else "d"
-        sign = number(row[moving], row["kind"] == "R", 1, i) - number(row[moving], row["kind"] == "R", 0, i)
+        is_revolute = row["kind"] == "R"
+        variable = row["theta" if is_revolute else "d"]
+        sign = number(variable, is_revolute, 1, i) - number(variable, is_revolute, 0, i)
         axes.append((row["kind"], np.sign(sign) * pose[:3, 2], pose[:3, 3]))
         pose = pose @ about_z if is_modified else pose @ about_z @ about_x
     point = (pose @ _translate(*(number(text, False) for text in table["tool"])))[:3, 3]
     columns = [
-        np.concatenate([np.cross(z, point - o), z]) if kind == "R" else np.concatenate([z, np.zeros(3)])
-        for kind, z, o in axes
+        np.concatenate([np.cross(z, point - o), z] if joint_type == "R" else [z, np.zeros(3)])
+        for joint_type, z, o in axes
     ]
     return np.column_stack(columns)
 
@@ -103,7 +104,7 @@ def _translate(x: float, y: float, z: float) -> np.ndarray:
     return pose
 
 
-def toml_text(table: Table) -> str:
+def write_robot_toml(table: Table) -> str:
     settings = {
         key: table[key] for key, default in (("convention", "dh"), ("angles", "radians")) if table[key] != default
     }
@@ -124,4 +125,4 @@ def toml_text(table: Table) -> str:
 
 
 if __name__ == "__main__":
-    write_atomically(TARGET, arms_text())
+    write_atomically(TARGET, make_arms_text())

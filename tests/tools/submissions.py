@@ -46,10 +46,10 @@ MAX_PROCESSOR_SECONDS, MAX_SECONDS = 60.0, 900.0
 COMMAND_INTERVAL, ZIP_INTERVAL, FLAT_INTERVAL = 40, 9, 4
 """One round in this many calls `qdot grade`, grades a platform's zip, or gives the neighbour no folder."""
 
-FULL = 4
+FULL_SCORE = 4
 STATES = ("graded", "unusable", "missing", "ungraded", "over limit", "late")
 Submit = Callable[[Path, str], str]
-"""A function that gets the submissions folder and a right notebook, writes something there and describes it."""
+"""A function that writes something into the folder of submissions, given a correct notebook, and describes it."""
 
 
 class Find(AssertionError):
@@ -60,14 +60,16 @@ def _measure_processor_time() -> float:
     return sum(os.times()[:4])
 
 
-class Class:
+class HostileClass:
     """A class of three students: the neighbour, the attacker, and one who submits nothing."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         students = [Student(NEIGHBOUR, "Ada One"), Student(ATTACKER, "Bo Two"), Student("s03", "Cy Three")]
         self.assignment: Assignment = make_class(folder, students)
-        self.right = {student: make_correct_notebook(self.assignment, student) for student in (NEIGHBOUR, ATTACKER)}
+        self.correct_notebooks = {
+            student: make_correct_notebook(self.assignment, student) for student in (NEIGHBOUR, ATTACKER)
+        }
         self.submitted, self.graded = folder / "submitted", folder / "graded"
         self.clear()
         self.grade_round(lambda *_: "nothing")  # so that all caches exist before the first real round
@@ -78,28 +80,30 @@ class Class:
                 folder_removal.remove_folder(str(folder))
         place = self.submitted / (f"{NEIGHBOUR}.ipynb" if flat else f"{NEIGHBOUR}/hw.ipynb")
         place.parent.mkdir(parents=True)
-        place.write_text(self.right[NEIGHBOUR])
+        place.write_text(self.correct_notebooks[NEIGHBOUR])
 
     def grade_round(
         self, submit: Submit, by_command: bool = False, zipped: bool = False, flat: bool = False
     ) -> tuple[str, Result]:
         """Submit one thing and grade the class; return its description and the student's result. Raises Find."""
         self.clear(flat)
-        case = submit(self.submitted, self.right[ATTACKER])
+        description = submit(self.submitted, self.correct_notebooks[ATTACKER])
         try:
             source = _zip_submissions(self.submitted) if zipped else self.submitted
-            before, start = dict(_list_file_states(self.folder)), (time.monotonic(), _measure_processor_time())
+            old_states = dict(_list_file_states(self.folder))
+            start, processor_start = time.monotonic(), _measure_processor_time()
             messages = self._grade_by_command(source) if by_command else self._grade_here(source)
-            waited, spent = time.monotonic() - start[0], _measure_processor_time() - start[1]
-            if spent > MAX_PROCESSOR_SECONDS or waited > MAX_SECONDS:
-                raise Find(f"takes {spent:.0f} s of processor time, {waited:.0f} s by the clock")
-            after = dict(_list_file_states(self.folder))
-            if before != after:
-                changed = sorted(path for path in {*before, *after} if before.get(path) != after.get(path))
-                raise Find(f"outside graded/ was changed: {changed[:5]}")
-            return case, self._check_files(messages)
+            elapsed, processor_time = time.monotonic() - start, _measure_processor_time() - processor_start
+            if processor_time > MAX_PROCESSOR_SECONDS or elapsed > MAX_SECONDS:
+                raise Find(f"takes {processor_time:.0f} s of processor time, {elapsed:.0f} s by the clock")
+            new_states = dict(_list_file_states(self.folder))
+            if old_states != new_states:
+                paths = sorted({*old_states, *new_states})
+                changed_paths = [path for path in paths if old_states.get(path) != new_states.get(path)]
+                raise Find(f"outside graded/ was changed: {changed_paths[:5]}")
+            return description, self._check_files(messages)
         except Exception as error:
-            error.add_note(case)
+            error.add_note(description)
             raise
 
     def _grade_here(self, source: Path) -> list[str]:
@@ -114,15 +118,11 @@ class Class:
 
     def _grade_by_command(self, source: Path) -> list[str]:
         command = [sys.executable, "-m", "qdot", "grade", self.folder, source, "--jobs", "1", "--seconds", "6"]
-        done = subprocess.run(list(map(str, command)), cwd=ROOT, capture_output=True, timeout=MAX_SECONDS)
-        output = (done.stdout + done.stderr).decode()  # raises an error if it is not UTF-8
-        if (
-            done.returncode not in (0, 2)
-            or "Traceback" in output
-            or "Warning:" in output
-            or not (self.graded / "results.jsonl").is_file()
-        ):
-            raise Find(f"qdot grade ends with {done.returncode}: {output[-500:]}")
+        process = subprocess.run(list(map(str, command)), cwd=ROOT, capture_output=True, timeout=MAX_SECONDS)
+        output = (process.stdout + process.stderr).decode()  # raises an error if it is not UTF-8
+        has_failed = process.returncode not in (0, 2) or "Traceback" in output or "Warning:" in output
+        if has_failed or not (self.graded / "results.jsonl").is_file():
+            raise Find(f"qdot grade ends with {process.returncode}: {output[-500:]}")
         return output.splitlines()
 
     def _check_files(self, messages: list[str]) -> Result:
@@ -141,10 +141,9 @@ class Class:
                 raise Find(f"{student} is {find_work_status(result)}, and in the table {rows[student]['status']}")
             messages += _list_messages(result)
         neighbour = by_id[NEIGHBOUR]
-        if (neighbour.score, find_work_status(neighbour)) != (FULL, "graded"):
-            raise Find(
-                f"the neighbour is {find_work_status(neighbour)} with {neighbour.score}: {_list_messages(neighbour)}"
-            )
+        if (neighbour.score, find_work_status(neighbour)) != (FULL_SCORE, "graded"):
+            status = find_work_status(neighbour)
+            raise Find(f"the neighbour is {status} with {neighbour.score}: {_list_messages(neighbour)}")
         for text in messages:
             if not all(ch.isprintable() or ch == "\n" for ch in text):
                 raise Find(f"this can't be shown: {text[:300]!a}")
@@ -164,8 +163,8 @@ def _list_file_states(folder: Path) -> Iterator[tuple[bytes, Any]]:
     """Yield the paths of all files outside graded/, each with its mode, size, time and digest of the content."""
     stack = [os.fsencode(folder)]
     while stack:
-        top = stack.pop()
-        with contextlib.suppress(OSError), os.scandir(top) as entries:
+        current_folder = stack.pop()
+        with contextlib.suppress(OSError), os.scandir(current_folder) as entries:
             for entry in entries:
                 if entry.path == os.fsencode(folder / "graded"):
                     continue
@@ -190,7 +189,7 @@ def _zip_submissions(submitted: Path) -> Path:
     return target
 
 
-def grade_random_round(hostile_class: Class, seed: str, number: int) -> tuple[str, Result]:
+def grade_random_round(hostile_class: HostileClass, seed: str, number: int) -> tuple[str, Result]:
     rng, by_command = Stream(f"submissions/{seed}/{number}"), number % COMMAND_INTERVAL == COMMAND_INTERVAL - 1
     zipped, flat = number % ZIP_INTERVAL == ZIP_INTERVAL - 1, number % FLAT_INTERVAL == FLAT_INTERVAL - 1
     return hostile_class.grade_round(lambda root, text: submit_random(root, text, rng), by_command, zipped, flat)
@@ -204,14 +203,14 @@ def main() -> int:
     options = parser.parse_args()
     warnings.simplefilter("error")  # graders must see no warnings
     folder, end = Path(tempfile.mkdtemp(prefix="qdot-hostile-")), time.monotonic() + options.seconds
-    hostile_class, finds, states, failures = Class(folder / "hw"), 0, Counter[str](), Counter[str]()
+    hostile_class, finds, states, failures = HostileClass(folder / "hw"), 0, Counter[str](), Counter[str]()
     number = first_number = options.only or 0
     while number == options.only or (options.only is None and time.monotonic() < end):
         try:
-            case, result = grade_random_round(hostile_class, options.seed, number)
+            description, result = grade_random_round(hostile_class, options.seed, number)
             states[find_work_status(result)] += 1
             if options.only is not None:
-                sys.stdout.write(f"{case}: {find_work_status(result)}: {_list_messages(result)}\n")
+                sys.stdout.write(f"{description}: {find_work_status(result)}: {_list_messages(result)}\n")
             if find_work_status(result) == "ungraded":
                 failures[f"{result.problems[0].parts[0].reason[:160]}, as in --only {number}"] += 1
         except Exception as error:  # reported below; the folders are stored
@@ -220,8 +219,8 @@ def main() -> int:
             for name in ("submitted", "graded"):
                 with contextlib.suppress(OSError):
                     shutil.move(hostile_class.folder / name, storage / name)
-            description = f"{type(error).__name__}: {str(error)[:500]}: {'; '.join(getattr(error, '__notes__', ()))}"
-            sys.stdout.write(f"find: --seed {options.seed} --only {number}: {description}, stored in {storage}\n")
+            fault = f"{type(error).__name__}: {str(error)[:500]}: {'; '.join(getattr(error, '__notes__', ()))}"
+            sys.stdout.write(f"find: --seed {options.seed} --only {number}: {fault}, stored in {storage}\n")
         number += 1
         sys.stdout.flush()
     folder_removal.remove_folder(str(folder))

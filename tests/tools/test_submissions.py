@@ -16,16 +16,16 @@ from tests.support.submitting import code_cell
 from tests.support.suites import select_for_suite
 from tests.tools import submissions
 from tests.tools.hostile import ATTACKER, KINDS, NEIGHBOUR, submit_random
-from tests.tools.submissions import Class, Find, grade_random_round
+from tests.tools.submissions import Find, HostileClass, grade_random_round
 
 
 @pytest.fixture(scope="module")
-def hostile_class(tmp_path_factory: pytest.TempPathFactory) -> Class:
-    return Class(tmp_path_factory.mktemp("class") / "hw")
+def hostile_class(tmp_path_factory: pytest.TempPathFactory) -> HostileClass:
+    return HostileClass(tmp_path_factory.mktemp("class") / "hw")
 
 
 @pytest.mark.parametrize("number", range(select_for_suite(15, 60)))
-def test_a_random_hostile_submission_harms_no_other_student(hostile_class: Class, number: int) -> None:
+def test_a_random_hostile_submission_harms_no_other_student(hostile_class: HostileClass, number: int) -> None:
     grade_random_round(hostile_class, "test", number)
 
 
@@ -47,13 +47,13 @@ def remove_neighbours_notebook(root: Path, right: str) -> str:
     return "neighbour's notebook removed"
 
 
-def test_a_neighbour_without_full_marks_is_a_find(hostile_class: Class) -> None:
+def test_a_neighbour_without_full_marks_is_a_find(hostile_class: HostileClass) -> None:
     with pytest.raises(Find, match="the neighbour is missing with 0") as found:
         hostile_class.grade_round(remove_neighbours_notebook)
     assert found.value.__notes__ == ["neighbour's notebook removed"]
 
 
-def test_a_changed_file_outside_graded_is_a_find(hostile_class: Class, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_changed_file_outside_graded_is_a_find(hostile_class: HostileClass, monkeypatch: pytest.MonkeyPatch) -> None:
     def write_and_touch(*arguments: Any) -> Any:
         (hostile_class.folder / "assignment.toml").touch()
         return write_reports(*arguments)
@@ -63,23 +63,29 @@ def test_a_changed_file_outside_graded_is_a_find(hostile_class: Class, monkeypat
         hostile_class.grade_round(submit_nothing)
 
 
-def test_an_exception_and_unprintable_text_are_finds(hostile_class: Class, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_and_unprintable_text_are_finds(
+    hostile_class: HostileClass, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(submissions, "find_submissions", lambda *_: 1 / 0)
         with pytest.raises(ZeroDivisionError) as found:
             hostile_class.grade_round(submit_nothing)
         assert found.value.__notes__ == ["nothing"]
-    monkeypatch.setattr(submissions.Class, "_grade_here", _add_unprintable_message(submissions.Class._grade_here))
+    monkeypatch.setattr(
+        submissions.HostileClass, "_grade_here", _add_unprintable_message(submissions.HostileClass._grade_here)
+    )
     with pytest.raises(Find, match="this can't be shown"):
         hostile_class.grade_round(submit_nothing)
 
 
-def _add_unprintable_message(grade_here: Callable[[Class, Path], list[str]]) -> Callable[[Class, Path], list[str]]:
+def _add_unprintable_message(
+    grade_here: Callable[[HostileClass, Path], list[str]],
+) -> Callable[[HostileClass, Path], list[str]]:
     return lambda hostile_class, source: [*grade_here(hostile_class, source), "\x1b[2J"]
 
 
 @pytest.mark.whole
-def test_the_command_grades_a_random_hostile_submission(hostile_class: Class) -> None:
+def test_the_command_grades_a_random_hostile_submission(hostile_class: HostileClass) -> None:
     grade_random_round(hostile_class, "test", submissions.COMMAND_INTERVAL - 1)
 
 
@@ -133,6 +139,6 @@ FINDS: dict[Callable[[Path, str], str], str] = {
 
 
 @pytest.mark.parametrize("submit", FINDS)
-def test_former_finds_are_fixed(hostile_class: Class, submit: Callable[[Path, str], str]) -> None:
+def test_former_finds_are_fixed(hostile_class: HostileClass, submit: Callable[[Path, str], str]) -> None:
     _, result = hostile_class.grade_round(submit, flat=True)
     assert find_work_status(result) == FINDS[submit]

@@ -16,23 +16,23 @@ from qdot.exercises.robots.robot_file import Robot
 from qdot.exercises.singularities.singular_set import Component
 from tests.support.suites import sample_for_suite, select_for_suite
 from tests.tools import arms as tool
-from tests.tools.arms import arm, check_arm
+from tests.tools.arms import check_arm, generate_arm
 from tests.tools.fuzz import SYMBOL_SETS, TARGETS, TOKENS, Find, check_text, load_seed_texts, mutate
-from tests.tools.pairs import verdicts
-from tests.tools.readers import find_differences, judge_answer, make_query, make_stored_query, tree_text
+from tests.tools.pairs import generate_verdicts
+from tests.tools.readers import find_differences, judge_answer, make_query, make_stored_query, write_tree
 from tests.tools.site_arms import TARGET as ARMS
-from tests.tools.site_arms import arms_text
+from tests.tools.site_arms import make_arms_text
 from tests.tools.site_corpus import (
     FORMS,
     NOTEBOOK,
     READINGS,
     SLIPS,
     TARGET,
-    corpus_case,
-    forms_text,
-    notebook_text,
-    records,
-    slips_text,
+    load_corpus_records,
+    make_corpus_case,
+    make_forms_text,
+    make_notebook_text,
+    make_slips_text,
 )
 
 FORMER_FINDS = [
@@ -71,7 +71,7 @@ def test_slow_handling_is_a_find() -> None:
 
 def test_every_verdict_is_right() -> None:
     counts: Counter[tuple[str, bool]] = Counter()
-    for source, kind, is_right, verdict, answer in verdicts(select_for_suite(350, 1500)):
+    for source, kind, is_right, verdict, answer in generate_verdicts(select_for_suite(350, 1500)):
         assert verdict == is_right, (source, kind, answer)
         counts[kind, is_right] += 1
     assert counts["rewritten", True] > select_for_suite(110, 500)
@@ -88,7 +88,7 @@ SECONDS = 6.0
 
 @pytest.mark.parametrize("number", select_for_suite((9, 51), range(0, 300, 15)))
 def test_solutions_of_random_arms_hold(number: int) -> None:
-    robot = arm(number, "a")
+    robot = generate_arm(number, "a")
     assert check_arm(robot, SECONDS).false == (), robot
 
 
@@ -131,9 +131,9 @@ REWRITE_HINT = "run: python -m tests.tools.site_corpus"
 
 def test_the_corpus_of_the_site_is_up_to_date() -> None:
     cases = json.loads(TARGET.read_text(encoding="utf-8"))
-    assert len(cases) == len(records()), REWRITE_HINT
-    for case, record in list(zip(cases, records(), strict=True))[::STEP]:
-        assert case == corpus_case(record), REWRITE_HINT
+    assert len(cases) == len(load_corpus_records()), REWRITE_HINT
+    for case, record in list(zip(cases, load_corpus_records(), strict=True))[::STEP]:
+        assert case == make_corpus_case(record), REWRITE_HINT
 
 
 def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
@@ -141,7 +141,7 @@ def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
     assert [[text, k] for text, k, _ in stored["readings"]] == [list(item) for item in query.readings], REWRITE_HINT
     assert [answer[:3] for answer in stored["answers"]] == [list(item) for item in query.answers], REWRITE_HINT
     for text, k, tree in stored["readings"][::STEP]:
-        assert tree == tree_text(text, SYMBOL_SETS[k]), REWRITE_HINT
+        assert tree == write_tree(text, SYMBOL_SETS[k]), REWRITE_HINT
     for problem, name, text, *outcome in stored["answers"][::STEP]:
         assert outcome == list(judge_answer(problem, name, text)), REWRITE_HINT
 
@@ -149,9 +149,9 @@ def test_trees_and_verdicts_for_the_site_are_up_to_date() -> None:
 @pytest.mark.parametrize(
     ("path", "make_text"),
     [
-        (NOTEBOOK, notebook_text),
-        pytest.param(FORMS, forms_text, marks=pytest.mark.whole),
-        pytest.param(SLIPS, slips_text, marks=pytest.mark.whole),
+        (NOTEBOOK, make_notebook_text),
+        pytest.param(FORMS, make_forms_text, marks=pytest.mark.whole),
+        pytest.param(SLIPS, make_slips_text, marks=pytest.mark.whole),
     ],
 )
 def test_a_file_for_the_site_is_up_to_date(path: Path, make_text: Callable[[], str]) -> None:
@@ -160,7 +160,7 @@ def test_a_file_for_the_site_is_up_to_date(path: Path, make_text: Callable[[], s
 
 @pytest.mark.whole
 def test_arms_for_the_site_are_up_to_date() -> None:
-    stored, current = (json.loads(text) for text in (ARMS.read_text(encoding="utf-8"), arms_text()))
+    stored, current = (json.loads(text) for text in (ARMS.read_text(encoding="utf-8"), make_arms_text()))
     numbers = ("jacobian", "det", "sigma")  # the last digit depends on the machine
     assert [_without(case, numbers) for case in stored] == [_without(case, numbers) for case in current]
     for before, after in zip(stored, current, strict=True):

@@ -35,12 +35,12 @@ from qdot.exercises.writing.markup import to_html
 from tests.support import DATA, ROOT
 from tests.support.suites import select_families
 from tests.tools import docs_pages, reference_pages
-from tests.tools.docs_pages import documents, listing_text
+from tests.tools.docs_pages import make_documents, make_listing_text
 
 DOCS = ROOT / "docs"
 OTHER_PAGES = {
-    "robots": docs_pages.robots_page, "export-formats": reference_pages.export_formats_page,
-    "library": reference_pages.library_page, "compatibility": reference_pages.compatibility_page,
+    "robots": docs_pages.make_robots_page, "export-formats": reference_pages.make_export_formats_page,
+    "library": reference_pages.make_library_page, "compatibility": reference_pages.make_compatibility_page,
 }  # fmt: skip
 together = pytest.mark.xdist_group("docs")
 """Run in one process, which generates the pages once; families have their own groups."""
@@ -50,17 +50,17 @@ together = pytest.mark.xdist_group("docs")
 def _use_stored_listing() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(docs_pages, "list_families", read_listing)
-        documents.cache_clear()
+        make_documents.cache_clear()
         yield
-    documents.cache_clear()
+    make_documents.cache_clear()
 
 
 @together
 def test_pages_are_up_to_date() -> None:
     """If this fails, run: make docs"""
-    for name, text in {**documents(), **{f"{name}.md": make() for name, make in OTHER_PAGES.items()}}.items():
+    for name, text in {**make_documents(), **{f"{name}.md": make() for name, make in OTHER_PAGES.items()}}.items():
         assert (DOCS / name).is_file() and (DOCS / name).read_text(encoding="utf-8") == text, name
-    assert LISTING_FILE.read_text(encoding="utf-8") == listing_text()
+    assert LISTING_FILE.read_text(encoding="utf-8") == make_listing_text()
 
 
 SLOW = ("lbr-7r", "random-3", "random-4")
@@ -83,22 +83,24 @@ def test_listing_has_difficulty_of_every_variation_step() -> None:
 @together
 def test_families_page_lists_every_family_with_figure_and_title() -> None:
     rows = re.findall(
-        r'^\| <img src="families/([a-z0-9-]+)\.svg".*?> \| `(.*?)`: (.*?) \|', documents()["families.md"], re.MULTILINE
+        r'^\| <img src="families/([a-z0-9-]+)\.svg".*?> \| `(.*?)`: (.*?) \|',
+        make_documents()["families.md"],
+        re.MULTILINE,
     )
     assert rows == [(name, name, family.title) for name, family in FAMILIES.items()]
 
 
 @together
 def test_pages_have_all_questions_valid_links_and_figures() -> None:
-    rows = re.findall(r"^\| `([a-z-]+)` \|", documents()["questions.md"], re.MULTILINE)
+    rows = re.findall(r"^\| `([a-z-]+)` \|", make_documents()["questions.md"], re.MULTILINE)
     assert rows == list(ALL_QUESTIONS) and list(read_listing()) == list(FAMILIES)
     for page in ("families.md", "errata.md", "questions.md"):
-        for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", documents()[page]):
-            assert "".join(target) in documents() or (DOCS / "".join(target)).is_file()
-    for name, text in documents().items():
+        for target in re.findall(r"\]\(([^)#]+)\)|src=\"([^\"]+)\"", make_documents()[page]):
+            assert "".join(target) in make_documents() or (DOCS / "".join(target)).is_file()
+    for name, text in make_documents().items():
         if name.endswith(".svg"):
             assert ET.fromstring(text).get("role") == "img"
-    drawn = {name for name in documents() if name.startswith("families/")}
+    drawn = {name for name in make_documents() if name.startswith("families/")}
     assert {f"families/{path.name}" for path in (DOCS / "families").iterdir()} == drawn
 
 

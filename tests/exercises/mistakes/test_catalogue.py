@@ -54,7 +54,7 @@ def made(arm: str) -> dict[str, WrongAnswer]:
     problem, answers = get_problem(family, 0, convention=convention), dict[str, WrongAnswer]()
     for part in problem.parts:
         if part.name in ASKED[arm]:
-            for one in make_wrong_answers(problem, part, only=CATALOGUE.keys() - known - answers.keys()):
+            for one in make_wrong_answers(problem, part, mistakes=CATALOGUE.keys() - known - answers.keys()):
                 answers.setdefault(one.mistake, one)
     return answers
 

@@ -102,7 +102,7 @@ def test_rows_with_the_link_behind_give_the_product_of_these_rows(arm: str) -> N
             pose = pose @ rotate_about("x", alpha) @ translate(a, 0, 0)
             pose = pose @ rotate_about("z", number(row.theta)) @ translate(0, 0, number(row.d))
         assert np.allclose(wrong.answer[..., k], pose)
-    told = make_wrong_answers(problem, part, only=("length-and-twist-of-link-i",))
+    told = make_wrong_answers(problem, part, mistakes=("length-and-twist-of-link-i",))
     assert [classify_diagnosis(one) for one in told] == ["named"]
 
 

@@ -319,7 +319,7 @@ NAMED = {
 @pytest.mark.parametrize("name", NAMED)
 def test_mistakes_are_named_in_either_order(name: str, order: str) -> None:
     problem = _generate_with_order("planar-2r" if name == "body-adjoint" else "elbow-3r", 1, "chapter", order)
-    answers = make_wrong_answers(problem, problem[name], only=NAMED[name])
+    answers = make_wrong_answers(problem, problem[name], mistakes=NAMED[name])
     verdicts = {answer.mistake: classify_diagnosis(answer) for answer in answers}
     assert verdicts == dict.fromkeys(NAMED[name], "named")
 

@@ -39,11 +39,11 @@ from tests.tools import collect_messages
 from tests.tools.collect_messages import (
     collect_catalog,
     find_faults,
+    load_site_texts,
     merge_messages,
     open_catalog,
-    po_text,
-    site_english,
-    site_text,
+    write_po_text,
+    write_site_texts,
 )
 
 LEFT = re.compile(
@@ -108,15 +108,15 @@ def test_every_message_is_translated_and_none_is_out_of_date(language: str, due:
 def test_make_messages_has_nothing_to_write(language: str, due: Catalog) -> None:
     path = LOCALE / f"{language}.po"
     text = path.read_text(encoding="utf-8")
-    assert po_text(merge_messages(path, due)) == text, "run `make messages`"
+    assert write_po_text(merge_messages(path, due)) == text, "run `make messages`"
     assert not re.search(r"POT-Creation|Revision-Date|Generated-By|[/]home/|:\d+$", text, re.MULTILINE)
     of_site = (collect_messages.SITE / f"{language}.json").read_text(encoding="utf-8")
-    assert of_site == site_text(language, read_catalogue(path))
+    assert of_site == write_site_texts(language, read_catalogue(path))
     assert f'"./{language}.json"' in (collect_messages.SITE / "languages.ts").read_text(encoding="utf-8")
 
 
 def test_messages_come_from_every_kind_of_source(due: Catalog) -> None:
-    english, scara = site_english(), FAMILIES["scara"].title
+    english, scara = load_site_texts(), FAMILIES["scara"].title
     for message, context in (
         ("the world frame", None),  # Python
         ("All columns are zero.", None),  # a template
@@ -181,8 +181,8 @@ def test_a_source_that_changed_is_noticed(due: Catalog, tmp_path: Path, monkeypa
     (fuzzy,) = find_faults("de", again, now)
     assert "fuzzy" in fuzzy and "“row number {n}”" in fuzzy
     path = tmp_path / "de.po"
-    path.write_text(po_text(again), encoding="utf-8")
-    assert po_text(merge_messages(path, now)) == po_text(again)
+    path.write_text(write_po_text(again), encoding="utf-8")
+    assert write_po_text(merge_messages(path, now)) == write_po_text(again)
     assert read_catalogue(path).translate_phrase("row number 2") == "row number 2", "what is fuzzy is shown in English"
 
 
@@ -215,7 +215,7 @@ def scratch(due: Catalog, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> It
         in_sentence = load_catalogue("en").translate_arm_in_sentence(name)
         found(made, name, languages.ARM_IN_SENTENCE).string = accented(in_sentence)
     found(made, ".", "decimal sign").string = "."
-    (tmp_path / "eo.po").write_text(po_text(made), encoding="utf-8")
+    (tmp_path / "eo.po").write_text(write_po_text(made), encoding="utf-8")
     yield "eo"
     load_catalogue.cache_clear()
     make_environment.cache_clear()
@@ -240,8 +240,8 @@ def test_a_new_language_is_whole_from_problem_to_site(scratch: str, due: Catalog
     assert [row[1:] for row in own["said"]] == [[accented(text) for text in row[1:]] for row in record["said"]]
     titles = json.loads(make_titles_json(scratch, [("scara", FAMILIES["scara"].title, "")]))
     assert titles["families"] == {"scara": accented(FAMILIES["scara"].title)}
-    texts = json.loads(site_text(scratch, load_catalogue(scratch)))
-    assert texts == {key: accented(text) for key, text in site_english().items()}
+    texts = json.loads(write_site_texts(scratch, load_catalogue(scratch)))
+    assert texts == {key: accented(text) for key, text in load_site_texts().items()}
     assert find_faults(scratch, open_catalog(languages.LOCALE / f"{scratch}.po"), due) == []
 
 

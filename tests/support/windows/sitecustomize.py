@@ -44,9 +44,9 @@ class _Missing(importlib.abc.MetaPathFinder):
 def _make_msvcrt() -> types.ModuleType:
     module = types.ModuleType("msvcrt")
 
-    def locking(handle: int, kind: int, _: int, flock: Any = fcntl.flock) -> None:
+    def locking(handle: int, mode: int, _: int, flock: Any = fcntl.flock) -> None:
         try:
-            flock(handle, 2 | (4 if kind == 2 else 0))
+            flock(handle, 2 | (4 if mode == 2 else 0))
         except BlockingIOError as error:
             raise PermissionError(13, "Permission denied") from error
 
@@ -119,7 +119,7 @@ def _hide_from_qdot(function: Any, name: str) -> Any:
 
 
 def remove_posix() -> None:
-    """Remove from this process what Windows does not have."""
+    """Remove from this process all modules and functions that Windows does not have."""
     sys.modules["msvcrt"] = _make_msvcrt()
     for name in MODULES:
         sys.modules.pop(name, None)
