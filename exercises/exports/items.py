@@ -389,7 +389,7 @@ _TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
     (re.compile(r" The components are typed [^;]*; "), " "),
     (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
-    (re.compile(r" It may contain [^.]*\."), ""),
+    (re.compile(r" The answer may contain [^.]*\."), ""),
     (re.compile(r" with the last row `\[0, 0, 0, 1\]`"), " with the last row 0, 0, 0, 1"),
 )  # fmt: skip
 """Phrases in prompts that explain how to type formulas, each with its replacement for platforms."""

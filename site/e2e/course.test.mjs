@@ -291,10 +291,10 @@ test("the same seed asks the same questions, in German if the link says so; erro
   const { page: german } = await opened(there, "practice.html?embed=1&seed=a&n=2&lang=de");
   await german.getByText("0 von 2 beantwortet").waitFor();
   for (const [search, said] of [
-    ["embed=1&lession=rates", /It contains “lession”, which is unknown. Allowed are embed, lesson/],
-    ["seed=a&n=0", /It contains n=0; n must be a whole number from 1 to 100/],
-    ["seed=a&n=99", /It asks for 99 questions, but only \d+ match/],
-    ["seed=a&lesson=foo", /It asks for the lesson “foo”, which doesn't exist. Choose one of rates, columns/],
+    ["embed=1&lession=rates", /The link contains “lession”, which is unknown. Allowed are embed, lesson/],
+    ["seed=a&n=0", /The link contains n=0; n must be a whole number from 1 to 100/],
+    ["seed=a&n=99", /The link asks for 99 questions, but only \d+ match/],
+    ["seed=a&lesson=foo", /The link asks for the lesson “foo”, which doesn't exist. Choose one of rates, columns/],
     ["seed=a&arm=foo", /asks for the arm “foo”, which doesn't exist here/],
   ]) {
     const { page } = await opened(there, `practice.html?${search}`);

@@ -41,7 +41,7 @@ test("a lesson's state and what it builds on are available by keys and in words"
   const map = page.locator(".skill-map");
   await map.getByText("not started, comes next").first().waitFor();
   assert.equal(await map.getByText("comes next").count(), 3);
-  await map.getByText("It builds on: By differentiation, By cross products.").waitFor({ state: "attached" });
+  await map.getByText("This lesson builds on: By differentiation, By cross products.").waitFor({ state: "attached" });
   await map.getByRole("link", { name: "By differentiation" }).focus();
   await page.keyboard.press("Enter");
   await page.waitForURL(/learn\.html\?lesson=differentiation$/);

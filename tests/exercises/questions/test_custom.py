@@ -266,7 +266,7 @@ def test_accelerations_and_own_symbols_may_be_typed(tmp_path: Path) -> None:
     problem = make_problem(tmp_path, 'prompt = "x"\nanswer = "ddt(v)"\nrows = ["a_x", "a_y"]')
     prompt = write_prompt(problem, problem.parts[0]).strip()
     accelerations = r"$\ddot{\theta}_{1}$, $\ddot{\theta}_{2}$"
-    assert prompt.endswith(rf"It may contain `qd1`, `qd2`, {accelerations} (typed `qdd1`, `qdd2`).")
+    assert prompt.endswith(rf"The answer may contain `qd1`, `qd2`, {accelerations} (typed `qdd1`, `qdd2`).")
     assert {"qdd1", "qdd2"} <= set(problem.symbols) and remove_typing_remarks(prompt, problem).endswith("}$.")
     assert r"\ddot{\theta}_{1}" in write_solution(problem, problem.parts[0])
     load = 'prompt = "x"\nanswer = "transpose(Jv)*[0, m*g, 0]"\nunits = {m = "kg", g = "m/s^2"}'
@@ -693,7 +693,7 @@ def test_students_are_told_that_multiples_count(tmp_path: Path) -> None:
     answer_line = write_prompt(problem, problem.parts[0]).splitlines()[-1]
     assert answer_line == (
         "**Answer:** a 2 × 1 vector, in the order $v_x, v_y$. Any nonzero multiple is also correct. "
-        "It may contain `qd1`, `qd2`."
+        "The answer may contain `qd1`, `qd2`."
     )
     first, second = problem.parts[0].answer.list_formulas()
     assert judge_answer(problem, f"[-2*({first}), -2*({second})]") == "correct"
