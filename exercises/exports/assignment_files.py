@@ -79,7 +79,7 @@ def _rename_files(toml: str, new_names: Mapping[str, str]) -> str:
 
     def rename(match: re.Match[str]) -> str:
         value = tomllib.loads(f"text = {match['text']}")["text"] if match["text"] else ""
-        name, mark, question = (value, "", "") if value in new_names else value.partition("#")
-        return format_toml(f"{new_names[name]}{mark}{question}") if name in new_names else match[0]
+        name, separator, question = (value, "", "") if value in new_names else value.partition("#")
+        return format_toml(f"{new_names[name]}{separator}{question}") if name in new_names else match[0]
 
     return _TOML_TOKEN.sub(rename, toml)

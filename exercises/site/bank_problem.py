@@ -1,7 +1,7 @@
 """List the problems of the site's bank: several arms of each family at every step of variation, with their questions.
 
 A step of variation is how much arms may differ from the chapter's (`common.variation`). The first arm of a step gets
-all questions. The questions are divided among the other arms, so that each question applies to several more arms. A
+all questions. The questions are divided among the other arms, so that each question is asked about several more arms. A
 page shows only one question of an arm at a time, so thousands of arms don't need all thirty questions each.
 """
 
@@ -37,7 +37,7 @@ ARMS_PER_STEP = 25
 ARMS_PER_QUESTION = 2
 """Number of arms that get each question, in addition to the first arm of a step."""
 MAX_QUIZ_SEED = 9
-"""Maximum seed of arms that also have short questions. Only odd seeds have them: one arm of each step."""
+"""Arms with an odd seed up to this one also have short questions; this is one arm of each step."""
 COMPARED_SEEDS = (1, 2, 3)
 """Seeds whose problems are compared to find the questions with sampled numbers, such as joint rates."""
 MAX_SEEDS_PER_ARM = 4
@@ -69,7 +69,7 @@ class BankProblem:
       one short question of each form
     - `variation`: how much its arm differs from the chapter's
     - `problem`: the problem, if it exists already
-    - `question_share`: set for an arm that is in the bank already; such arms share the questions with sampled numbers
+    - `question_share`: for an arm that is in the bank already, its share of the questions with sampled numbers
     - `frame_convention`: the convention and the order of twists that describe the arm
     """
 
@@ -136,15 +136,15 @@ def list_problems_of_families(
     steps = [find_canonical_name(variation)] if variation else list(VARIATION_STEPS)
     problems: list[BankProblem] = []
     for name in names:
-        arms = [
-            replace(arm, frame_convention=frame_convention)
+        main_problems = [
+            replace(problem, frame_convention=frame_convention)
             for first_seed, step in enumerate(steps, 1)
-            for arm in _list_problems(name, step, range(first_seed, variants + 1, len(steps)), frame_convention)
+            for problem in _list_problems(name, step, range(first_seed, variants + 1, len(steps)), frame_convention)
         ]
-        for arm in sorted(arms, key=lambda arm: arm.seed):
-            problems.append(arm)
-            if arm.seed % 2 and arm.seed <= MAX_QUIZ_SEED and not FAMILIES[name].has_varied_structure:
-                problems.append(replace(arm, key=f"{arm.key}-{QUIZ}", questions=(QUIZ,), question_share=None))
+        for problem in sorted(main_problems, key=lambda problem: problem.seed):
+            problems.append(problem)
+            if problem.seed % 2 and problem.seed <= MAX_QUIZ_SEED and not FAMILIES[name].has_varied_structure:
+                problems.append(replace(problem, key=f"{problem.key}-{QUIZ}", questions=(QUIZ,), question_share=None))
     return problems
 
 
