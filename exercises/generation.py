@@ -20,7 +20,7 @@ from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
 from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty, rate_difficulty_band
 
 QuestionsByName = Mapping[str, Question]
-"""Questions by name: all built-in ones, and perhaps those that an instructor has defined."""
+"""Questions by name: all built-in questions, and possibly an instructor's own questions."""
 
 MAX_ATTEMPTS = 8
 """Maximum number of arms that are tried until every question finds something to ask about.

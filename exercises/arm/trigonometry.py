@@ -82,7 +82,7 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
 
 
 def _read_multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
-    """Return the integers by which the symbols in an angle are multiplied. Raises ValueError for other angles."""
+    """Return the integer coefficients of the symbols in an angle. Raises ValueError for any other coefficient."""
     multiples = phi.expand().as_coefficients_dict()
     if any(not (angle.is_Symbol and multiple.is_Integer) for angle, multiple in multiples.items()):
         raise ValueError(f"{phi} is not a whole-number sum of angles")
@@ -411,7 +411,7 @@ def to_textbook_form(expression: sp.Expr) -> sp.Expr:
 
 
 def write_in_textbook_form(expression: sp.Expr) -> sp.Expr:
-    """Return any expression in textbook form, also if it has roots, sums in denominators, or other functions.
+    """Return any expression in textbook form, even if it has roots, sums in denominators, or other functions.
 
     First, the contents of roots, denominators and functions are written in textbook form. Then each root, denominator
     or function is treated as a symbol. An expression without a textbook form is left unchanged.

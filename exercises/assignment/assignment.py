@@ -173,7 +173,7 @@ class Slot:
     `band` is the minimum and maximum difficulty. `robot_digest` is a hash of the instructor's robot file, or "" for a
     family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the arms, and
     `twist_order` is the order of the two halves of a twist. `decimals` has the tolerance of each question that accepts
-    rounded decimals. `credit` has the rule for partial credit of each question for which the assignment sets one.
+    rounded decimals. `credit` has the rules for partial credit that the assignment sets for single questions.
     `definitions` are the instructor's own questions that the slot asks.
     """
 
@@ -294,7 +294,7 @@ class Assignment:
 
     @property
     def titles_by_part(self) -> dict[str, str]:
-        """The titles of the questions by part ("p1.jacobian"), also those of the instructor's own questions."""
+        """The titles of the questions by part ("p1.jacobian"), including the instructor's own questions."""
         return {f"{slot.name}.{name}": slot.find_question(name).title for slot in self.slots for name in slot.questions}
 
     def due_date_of(self, student: Student) -> datetime.datetime | None:
@@ -740,7 +740,7 @@ def check_definition_on_family(
 def _choose_twist_order(setting: str | None, default: str | None, family: Family, convention: str) -> str:
     """Return the twist order of a slot; "" for arms described by tables, and if a robot's file decides.
 
-    `setting` is the order that the slot sets, and `default` that of the assignment. Raises QdotError.
+    `setting` is the slot's own order, and `default` is the assignment's order. Raises QdotError.
     """
     chosen_order = setting or default or ""
     normalized_order = normalize_twist_order(chosen_order) if chosen_order else ""
@@ -754,7 +754,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
 def _has_twist_order(convention: str, family: Family) -> bool:
     """Return whether arms are described by their axes, so that their twists have an order.
 
-    The convention "" means the default one: for a family the first, and for a robot that of its file.
+    The convention "" means the default: the first convention of a family, or the convention in a robot's file.
     """
     default = DEFAULT_CONVENTION if family.textbook_arm is None else family.textbook_arm.convention
     return bool(REGISTRY[convention or default].twist_orders)

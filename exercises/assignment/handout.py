@@ -38,7 +38,7 @@ _NUMBER_COLUMN = "moodle id"
 
 @dataclass(frozen=True)
 class Handout:
-    """The output of `qdot release`: the path of the files to distribute, and that of the table for the staff."""
+    """The output of `qdot release`: the paths of the files to distribute and of the table for the staff."""
 
     path: Path
     table_path: Path
@@ -52,7 +52,7 @@ def make_index_csv(assignment: Assignment) -> str:
 
 
 def make_file_name(student: Student) -> str:
-    """Return a name by which a person finds a student's file: Lovelace, Ada (501).
+    """Return a name for a student's file that people can find: Lovelace, Ada (501).
 
     >>> make_file_name(Student("501", "Ada Lovelace")), make_file_name(Student("502"))
     ('Lovelace, Ada (501)', '502')

@@ -48,7 +48,7 @@ class KeyReason(Reason):
         return reason
 
     def __reduce__(self) -> tuple[type["KeyReason"], tuple[str, str]]:
-        """Return the function and its arguments by which `pickle` copies the reason to another process."""
+        """Return a function and its arguments; `pickle` calls it to create the reason in another process."""
         return KeyReason, (self.key, str(self))
 
 

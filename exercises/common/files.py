@@ -168,7 +168,7 @@ def _lock_on_windows(handle: int, wait: bool) -> None:
 
 @contextlib.contextmanager
 def clean_up_after(paths: Sequence[Path]) -> Iterator[None]:
-    """Remove leftover temporary files: those of earlier runs before the block, and those of killed workers after it."""
+    """Remove leftover temporary files of earlier runs before the block, and of killed workers after it."""
     remove_leftovers(paths)
     try:
         yield

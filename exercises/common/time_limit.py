@@ -1,6 +1,6 @@
 """Limit the processor time of computations that can't be interrupted otherwise, such as those of SymPy.
 
-Only the processor time of this process (user and system) counts, not the time in which the process waits.
+Only the processor time of this process (user and system) counts, not the time that the process spends waiting.
 """
 
 import ctypes

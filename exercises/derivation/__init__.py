@@ -2,7 +2,7 @@
 
 Each module uses only modules above it in this list:
 
-    arithmetic    the kinds of values with which a derivation computes: numbers, expressions or trees
+    arithmetic    the kinds of values in a derivation: numbers, expressions or trees
     graph         a derivation in stages, any of which may contain a mistake
     derivation    the symbolic arm, and all results by two routes
     lengths       lengths replaced by symbols, and symbols replaced by values

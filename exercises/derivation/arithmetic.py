@@ -1,4 +1,4 @@
-"""Define the three kinds of values with which a derivation computes: numbers, SymPy expressions, or formula trees.
+"""Define the three kinds of values that a derivation can have: numbers, SymPy expressions, or formula trees.
 
 A derivation (`derivation.graph`) is written once and works with each kind. A value is a NumPy array. Its first axes are
 the rows and columns of a vector or matrix. Its last axes depend on the kind of values, which is called an arithmetic. A

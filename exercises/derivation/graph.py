@@ -246,7 +246,7 @@ def _compute_point(stages: StageResults) -> np.ndarray:
 
 
 def differentiate_links(stages: StageResults) -> np.ndarray:
-    """Return the derivatives of the link vectors by the joint variables, (joints n, link vectors n + 1, 3, …)."""
+    """Return the derivatives of the n + 1 link vectors with respect to the joint variables, (n, n + 1, 3, …)."""
     vectors, compute_derivatives = stages["link vectors"], stages.arithmetic.compute_derivatives
     return np.stack([compute_derivatives(vector)[: stages.n] for vector in vectors], axis=1)
 

@@ -139,9 +139,10 @@ def _measure_width(text: str) -> float:
 
 
 def compute_share_that_fits(boxes: Sequence[AnswerBox], fixed_height: int, page_height: int) -> float:
-    """Return the share (at least `MIN_SHARE`) of these boxes' working space with which they fit on a sheet.
+    """Return the share of these boxes' working space that fits on a sheet, but at least `MIN_SHARE`.
 
-    `page_height` is the height of the sheet, and `fixed_height` is the height of all that can't shrink, both in mm.
+    `page_height` is the height of the sheet, and `fixed_height` is the height of everything that can't shrink, both in
+    mm.
     """
     working_space = sum(box.working_space for box in boxes)
     return 1.0 if not working_space else min(1.0, max(MIN_SHARE, (page_height - fixed_height) / working_space))

@@ -98,7 +98,7 @@ def _name_profile(form: items.ItemForm) -> str:
 
 
 def _list_option_ids(item_id: str, form: items.ItemForm) -> list[str]:
-    """Return the identifier of each option: for true and false the words, by which platforms recognise them."""
+    """Return the identifier of each option. Platforms need the words true and false as identifiers of these options."""
     is_true_or_false = isinstance(form, items.ChoiceForm) and form.is_true_or_false
     return list(TRUE_FALSE) if is_true_or_false else items.list_option_ids(item_id, form)
 

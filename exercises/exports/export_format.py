@@ -74,7 +74,7 @@ class ExportRequest:
         return FEEDBACK.index(level) <= FEEDBACK.index(self.assignment.feedback)
 
     def without_text_questions(self, title: str) -> "ExportRequest":
-        """Return the request without questions that a person must mark. Report these; `title` is that of the export."""
+        """Return the request without questions that a person must mark. Report these, with the export's title."""
         assignment, names = self.assignment.without_text_questions()
         if names:
             self.report(f"{title} leaves out {', '.join(names)}, because a person must mark these answers")

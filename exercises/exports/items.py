@@ -1,4 +1,4 @@
-"""Make quiz items: questions in a form from which the exports to learning platforms write their files.
+"""Make quiz items: questions in the form that the exports to learning platforms need.
 
 An item has a text (Markdown and figures), the form of its answer, and the correct answer. Platforms can't compare
 formulas, so items ask for the values of formulas at a configuration (see `numeric_part`). The staff get a message about

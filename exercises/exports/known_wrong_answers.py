@@ -226,7 +226,7 @@ def is_divided_by_zero(wrong_numbers: np.ndarray, correct_numbers: np.ndarray) -
 
 
 def list_tolerances(part: Part) -> list[float]:
-    """Return the tolerance with which the grader compares each number of an answer."""
+    """Return the grader's tolerance for each number of an answer."""
     return part.answer_as(Number).list_allowed_errors(part.rounding)
 
 

@@ -64,7 +64,7 @@ def make_moodle_name(text: str) -> str:
 
 
 def make_category_names(category: items.ItemCategory) -> tuple[str, ...]:
-    """Return the names of a category and of those that contain it, from the outermost category."""
+    """Return the names of a category and of its parent categories, the outermost first."""
     return tuple(map(make_moodle_name, category.path))
 
 

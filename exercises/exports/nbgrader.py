@@ -102,7 +102,7 @@ def find_text_parts(assignment: Assignment) -> frozenset[str]:
 
 
 def compute_checksum(cell: Cell) -> str:
-    """Return the checksum by which nbgrader recognises that a cell was changed."""
+    """Return the checksum that nbgrader uses to recognise changes of a cell."""
     metadata = cell["metadata"]["nbgrader"]
     flags = (metadata["grade"], metadata["solution"], metadata["locked"])
     points = str(float(metadata["points"])) if metadata["grade"] else ""

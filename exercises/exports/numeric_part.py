@@ -32,7 +32,7 @@ from qdot.exercises.writing.units import tex_unit
 from qdot.exercises.writing.wording import Wording
 
 CONFIGURATION_COUNT = 12
-"""Number of configurations to sample, from which the best configuration is chosen."""
+"""Number of configurations to sample. The best one is used."""
 TINY_SHARE = 0.02
 """An entry below this fraction of the largest entry is tiny: students can hardly compute it to three digits."""
 ABSOLUTE_TOLERANCE = 0.001
@@ -40,11 +40,11 @@ ABSOLUTE_TOLERANCE = 0.001
 MIN_DIFFERENCE = 0.03
 """Numbers distinguish a mistake if it changes an entry by more than this fraction of the largest entry."""
 MAX_JOINTS_FOR_ALL_MISTAKES = 4
-"""Maximum number of joints for which all mistakes are applied to results derived from J; more take too long."""
+"""For an arm with more joints, it would take too long to apply all mistakes to results that are derived from J."""
 MAX_DISAGREEMENT = 1e-8
 """Maximum difference between the results of the two computations, as a fraction of the largest entry."""
 MAX_TRIES = 30
-"""Maximum number of attempts to sample a configuration at which J is well-conditioned."""
+"""Maximum number of attempts to sample a configuration with a well-conditioned J."""
 
 
 @dataclass(frozen=True)
@@ -183,7 +183,7 @@ ExactValues = dict[sp.Symbol, sp.Expr]
 
 
 def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator[ExactValues]:
-    """Yield values of all symbols; the joint values are such that J is well-conditioned, if that is possible.
+    """Yield values of all symbols; if possible, J is well-conditioned at the joint values.
 
     All values have few digits: angles are multiples of 10 degrees, rates of 0.1, velocities of 0.05, and loads of 1.
     """

@@ -93,7 +93,7 @@ def export_stack(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 
 
 def _make_moodle_question(question: StackQuestion) -> MoodleQuestion:
-    """Return a question in the form in which a Moodle quiz contains it."""
+    """Return a question in the form that a Moodle quiz needs."""
 
     def write_plugin(question_id: int) -> str:
         return render(

@@ -1,4 +1,4 @@
-"""Select the Maxima functions with which a STACK question marks an answer, for its field "question variables".
+"""Select the Maxima functions that a STACK question needs in its field "question variables" to mark an answer.
 
 Formulas are compared by their values at a few points that the exporter samples. That takes milliseconds for any form
 of an answer. STACK's AlgEquiv would prove equality entry by entry. This takes seconds for each entry, but STACK allows

@@ -63,7 +63,8 @@ UNRELATED_VALUE = 7
 class ResponseNode:
     """A node of a response tree. It compares two Maxima expressions, `left` and `right`, by STACK's answer test `test`.
 
-    If the expressions are equal, the answer gets the node's note, score and feedback. `options` are those of the test.
+    If the expressions are equal, the answer gets the node's note, score and feedback. `options` are options of the
+    test.
     """
 
     test: str
@@ -438,7 +439,7 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
 
 
 def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
-    """Return a number or a column as Maxima code with decimals; powers of ten are exact numbers in it."""
+    """Return a number or a column as Maxima code with decimals; powers of ten stay exact."""
     values = [_write_float(float(value)) for value in matrix]
     return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 

@@ -14,7 +14,7 @@ DECIMALS_NOTE = (
 SHOWN_DIGITS = 3
 """Number of significant digits of the first listed text, which platforms show as the correct answer."""
 MAX_LISTED = 12
-"""If more numbers than this have a certain number of decimals, only the value, rounded or truncated, is listed."""
+"""If a number of decimals gives more numbers than this, only the rounded and the truncated value are listed."""
 MAX_DIGITS = 6
 """Maximum number of significant digits of a listed number, unless the tolerance requires more."""
 ZEROS = ("0", "0.0", "0.00", "0.000", "-0")
@@ -22,7 +22,7 @@ MIN_STEPS, MAX_PATTERN_DECIMALS = 100, 30
 """The range of a pattern has at least MIN_STEPS decimal steps, with at most MAX_PATTERN_DECIMALS decimals. The pattern
 may refuse numbers in the first and in the last step."""
 _PLUS, _MINUS = r"\+?", "[-−]"
-"""Patterns for the sign; the second minus sign is that of typeset text."""
+"""Patterns for the sign; the second minus sign is the one in typeset text."""
 
 
 def list_accepted_texts(value: float, tolerance: float) -> tuple[str, ...]:

@@ -48,7 +48,7 @@ class Scene:
     """An arm, its skeleton in the drawn pose, the view, and the positions of the joints' glyphs (n x 3).
 
     `frames` are the link frames by the arm's convention (n+1 x 4 x 4). `frames_without_x` lists the frames that are
-    drawn without x axis, because too many axes start at one point. `is_flat` is whether the arm is drawn flat. If
+    drawn without x axis, because too many axes start at one point. `is_flat` says whether the arm is drawn flat. If
     `is_sparse`, the drawing has only the arm, its origins, its z axes, and its first and last frame. If `is_home`, all
     joint variables are zero.
     """
@@ -87,7 +87,7 @@ class Scene:
 
 
 def make_scene(chain: Chain, skeleton: Skeleton, view: View, is_sparse: bool = False) -> Scene:
-    """Return the scene, with a position for each glyph at which the glyph covers no other glyph."""
+    """Return the scene, with the glyphs at positions where none covers another."""
     positions: dict[int, np.ndarray] = {}
     for i in sorted(range(chain.n), key=lambda i: _has_link_along_axis(skeleton, i) and i > 0):
         positions[i] = _find_free_position(skeleton, view, i, list(positions.values()))
@@ -122,7 +122,7 @@ def _list_crowded_frames(origins: np.ndarray) -> frozenset[int]:
 
 
 def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions: list[np.ndarray]) -> np.ndarray:
-    """Return a position (3) on the axis of joint i + 1 at which its glyph covers no other glyph.
+    """Return a position (3) on the axis of joint i + 1 where the joint's glyph covers no other glyph.
 
     If there is no such position, return the first candidate.
     """

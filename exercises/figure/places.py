@@ -51,7 +51,7 @@ _PlaceEntry = tuple[int, int, int, float, _CosSin]
 direction."""
 
 LEADER_DISTANCE = 15.0
-"""Distance in pixels from which a label gets a leader line."""
+"""A label gets a leader line if it is farther away than this, in pixels."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Choose the lengths with which an arm is drawn, and the pose that is easiest to read.
+"""Choose the lengths of an arm in its drawing, and the pose that is easiest to read.
 
 A pose is given by the table entries of the joints, theta_i or d_i with the offset, because a figure shows these
 entries. The candidate poses of an arm get a score. If a pose is given, the view is chosen instead: the usual view is

@@ -58,7 +58,7 @@ Shape = Polyline | Circle | Glyph
 
 
 def list_outlines(shapes: Iterable[Shape]) -> Iterator[Polyline | Circle]:
-    """Yield the lines and circles of which shapes consist."""
+    """Yield the lines and circles that make up shapes."""
     for shape in shapes:
         yield from shape.shapes if isinstance(shape, Glyph) else (shape,)
 

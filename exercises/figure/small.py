@@ -163,8 +163,8 @@ class _ScaledArm:
 class PanelSet:
     """Drawings with captions; the first drawing shows a regular configuration.
 
-    `legend` explains the marks. `remark` states how many configurations are omitted, if any. `has_lost_direction` is
-    whether a direction in which P can't move is marked.
+    `legend` explains the marks. `remark` states how many configurations are omitted, if any. `has_lost_direction` says
+    whether a direction is marked in which P can't move.
     """
 
     drawings: tuple[tuple[str, Figure], ...] = ()
@@ -327,7 +327,7 @@ def _compute_canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
     """Return an orthonormal basis of the space that the columns of `basis` span; it depends only on the space.
 
     The basis from the singular value decomposition depends on the processor. Therefore the coordinate axes are
-    projected to the space, one after another, and their new components form the basis.
+    projected onto the space, one after another, and their new components form the basis.
     """
     projector, vectors = basis @ basis.T, list[np.ndarray]()
     for threshold in (0.3, 1e-3):

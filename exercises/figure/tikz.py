@@ -30,7 +30,7 @@ class Stroke:
 
 @dataclass(frozen=True)
 class LatexRun:
-    """A text in LaTeX, its font size in points, and the number of points by which it is raised (`raised_by`)."""
+    """A text in LaTeX, its font size, and the height (`raised_by`) by which it is raised, both in points."""
 
     latex: str
     size: float
@@ -67,7 +67,7 @@ def convert_to_tikz(svg: str) -> str:
 
 
 def _convert_elements(parent: ET.Element, frame: _GroupFrame, outer_attributes: Mapping[str, str]) -> Iterator[Any]:
-    """Yield the strokes and lines of text in an element; `outer_attributes` are those of the elements around it."""
+    """Yield the strokes and lines of text in an element; `outer_attributes` come from the elements around it."""
     for element in parent:
         tag, attributes = element.tag.split("}")[-1], {**outer_attributes, **element.attrib}
         if tag == "g":

@@ -54,7 +54,7 @@ def describe_panels(
 ) -> str:
     """Return a description of the drawings in a `small.PanelSet`, the first of which shows a regular configuration.
 
-    `has_lost_direction` is whether a lost direction is marked.
+    `has_lost_direction` says whether a lost direction is marked.
     """
     singular_captions = "; ".join(captions[1:])
     opening = catalogue.gettext(

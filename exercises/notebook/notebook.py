@@ -163,10 +163,10 @@ def make_notebook_metadata(kind: str, key: str, student: str, problems: Problems
 
 
 def _describe_form(problem: Problem, part: Part) -> dict[str, object]:
-    """Return the type, shape, units, labels and options of an answer, without those that are empty.
+    """Return the type, shape, units, labels and options of an answer; empty ones are omitted.
 
-    `metres` is k if the unit of a determinant is m^k. The options are as in the prompt, without an indication of which
-    are correct; the texts of drawn options are empty, because they would reveal the configurations in the drawings.
+    `metres` is k if the unit of a determinant is m^k. The options are as in the prompt; they don't show which ones are
+    correct. The texts of drawn options are empty, because they would reveal the configurations in the drawings.
     """
     question = question_of(part)
     form: dict[str, object] = {

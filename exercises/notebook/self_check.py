@@ -26,7 +26,7 @@ PartsByKind = dict[str, Part]
 
 
 def _list_coordinate_indices(parts: PartsByKind) -> list[int]:
-    """Return the indices (from 0) of the coordinates x, y, z for which the question on position asks."""
+    """Return the indices (from 0) of the coordinates x, y, z that the question on position asks for."""
     return ["xyz".index(axis) for axis in getattr(parts["position"].details, "axes", "xyz")]
 
 

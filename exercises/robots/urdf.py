@@ -29,7 +29,7 @@ MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE = sp.Rational(1, 1000), sp.Ratio
 _SILENT_TOLERANCE = sp.Rational(1, 10**6)
 """Numbers that change by less than this (rad or m) are snapped without a note."""
 _TOOL_FRAME_PATTERN = re.compile(r"(.*[_/-])?(tool0?|tcp|ee_link)")
-"""Matches the usual names of tool frames, such as tool0 in ROS-Industrial, also after a prefix."""
+"""Matches the usual names of tool frames, such as tool0 in ROS-Industrial, with or without a prefix."""
 _MAX_LISTED_LINKS = 8
 
 
@@ -276,7 +276,7 @@ class _UrdfReader:
         return self._parse_numbers(joint, "origin xyz", "0 0 0" if element is None else element.get("xyz", "0 0 0"))
 
     def set_offset_tolerance(self, chain_joints: Sequence[ElementTree.Element]) -> None:
-        """Set the size (m) up to which an offset in a chain counts as zero."""
+        """Set the maximum size (m) of an offset that counts as zero in a chain."""
         length = sp.Add(*(sp.Matrix(self._read_position(joint)).norm() for joint in chain_joints))
         self.offset_tolerance = min(MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE * length.n(), key=float)
 

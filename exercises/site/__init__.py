@@ -2,7 +2,7 @@
 
 From the bottom up:
 
-    keys, record                the numbers with which a browser grades; a problem as JSON
+    keys, record                the numbers that a browser needs to grade; a problem as JSON
     bank_problem, bank          the list of problems; their files
     page, chapter, arms         the definition of a page; the book's examples; the gallery of arms
     robots                      example tables for the page "Your own arm"

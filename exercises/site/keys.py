@@ -83,9 +83,9 @@ MAX_THROUGHOUT_MISTAKES = 16
 CONFIGURATIONS_PER_PIECE = 6
 """Number of configurations on each piece of a singular set."""
 GOLDEN_RATIO = 0.6180339887498949
-"""The golden ratio minus one, from which the weights of entries are computed."""
+"""The golden ratio minus one, for the weights of entries."""
 DIGITS = 30
-"""Number of digits with which correct values are computed."""
+"""Number of digits in the computation of correct values."""
 
 
 def compute_weight(index: int) -> float:

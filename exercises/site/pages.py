@@ -34,7 +34,7 @@ SCRIPT_SOURCES = {
 NODE_VERSION = "Node 20.19 or later"
 """The versions of Node that build the scripts, as in site/package.json. Node includes npm."""
 HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
-"""The initial configuration of the arm on the home page, from which readers drag P across the drawing."""
+"""The initial configuration of the arm on the home page; readers can drag P from there across the drawing."""
 LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
 """The initial configuration of the arm in the lessons; it fulfils none of their goals."""
 MAX_CHECKED_MEGABYTES = 50
@@ -72,7 +72,7 @@ def find_docs_folder() -> Path | None:
 
 
 def find_assets() -> Assets:
-    """Return the built scripts and styles. Raises QdotError if there are none, or those of another version of qdot."""
+    """Return the built scripts and styles. Raises QdotError if they are missing or outdated."""
     folder = find_folder("site_dist", "site/dist")
     if folder is not None:
         return read_assets(folder)

@@ -117,7 +117,7 @@ def split_record(record: Json, texts: Json, solutions: Json | None) -> dict[str,
 
 
 def _list_mistakes(key: Json) -> list[int]:
-    """Return the indices of the sentences on mistakes to which the key of an answer refers."""
+    """Return the indices of all sentences on mistakes in an answer's key."""
     mistakes = [mistake for name in MISTAKE_LIST_NAMES for mistake in key.get(name, ())]
     return sorted({mistake[0] for mistake in mistakes} | set(itertools.chain(*key.get("option_mistakes", ()))))
 

@@ -21,7 +21,7 @@ from qdot.exercises.writing.solution_steps import SingularComponent
 def certify_components(chain: Chain) -> tuple[SingularComponent, ...]:
     """Return the components of the singular set with certified kinds and descriptions. Raises TooLong.
 
-    The components are also stored in the arm's `solution_steps`, from which texts are written.
+    The components are also stored in the arm's `solution_steps`, which texts use.
     """
     steps = get_solution_steps(chain)
     steps.singular_components = [_certify_component(chain, component) for component in steps.singular_components]

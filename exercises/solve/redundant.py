@@ -26,7 +26,7 @@ MAX_SHOWN_OPERATIONS = 700
 MAX_READABLE_TERMS = 40
 """Maximum number of terms of an equation that a person would read."""
 _MAX_DESCRIBED_SAMPLES = 20
-"""Approximate number of samples from which the appearance of a component's configurations is described."""
+"""Approximate number of samples that serve to describe what the configurations of a component look like."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class RedundantSingularities:
     """The singular set of a redundant arm.
 
     - `reciprocal_set`: the result of the elimination.
-    - `matrix`: the Jacobian with which the elimination started, with the arm's numbers.
-    - `remaining_matrices`: the matrices that remained after the elimination, with the arm's numbers.
+    - `matrix`: the Jacobian before the elimination, with the arm's numbers.
+    - `remaining_matrices`: the matrices that remain after the elimination, with the arm's numbers.
     - `components`: the components of the singular set that the numerical check confirmed.
     - `is_always_singular`: whether every configuration is singular.
     - `check`: the result of the numerical check; None if every configuration is singular.

@@ -1,7 +1,7 @@
 """Check what a worked solution says about singular configurations, on arms with numeric lengths.
 
 Patterns recognise the statements of each sentence about axes, prismatic joints and the tool point. The statements are
-tested on the frames of the arm, at configurations other than those from which the sentence was derived. For example,
+tested on the frames of the arm, at other configurations than those used to derive the sentence. For example,
 "as far as joint 2 can bring it" is tested by moving joint 2 through its whole range.
 """
 

@@ -35,7 +35,9 @@ _SYMBOL_PATTERN = re.compile(r"(theta|alpha|beta|qdd?|[a-zA-Z])(\d*)")
 
 @cache
 def write_symbol(name: str, prismatic_numbers: tuple[str, ...] = ()) -> str:
-    r"""Return a symbol's LaTeX. `prismatic_numbers` are those of the prismatic joints, whose rates are written \dot d.
+    r"""Return the LaTeX of a symbol.
+
+    `prismatic_numbers` are the numbers of the prismatic joints, whose rates are written \dot d.
 
     >>> write_symbol("theta12"), write_symbol("qd2", ("2",)), write_symbol("qdd1"), write_symbol("wx")
     ('\\theta_{12}', '\\dot{d}_{2}', '\\ddot{\\theta}_{1}', '\\omega_{x}')
@@ -177,7 +179,7 @@ class _ExpressionLayout:
     def lay_out_angle(self, value: sp.Expr) -> Pieces:
         """Lay out an angle. Its constant is in degrees if this is a short decimal: theta_1 + 30°, or 30° - theta_1.
 
-        An angle to which a number of radians is added, as in theta_1 + 0.7 + pi/2, is in radians as a whole.
+        If a number of radians is added, as in theta_1 + 0.7 + pi/2, the whole angle is in radians.
         """
         if has_radians(value):
             return self.lay_out(value)

@@ -38,7 +38,7 @@ MARKUP: dict[str, dict[str, str]] = json.loads(Path(__file__).with_suffix(".json
 PLACEHOLDER_PATTERN = re.compile("\ue000(\\d+)\ue001")
 """Matches a placeholder, which contains a formula's number and replaces the formula while Markdown is parsed."""
 _PLACEHOLDER_WITH_PUNCTUATION = re.compile(rf"([(„“]*){PLACEHOLDER_PATTERN.pattern}([.,;:!?)”]*)")
-"""Matches a formula with the punctuation around it, from which browsers must not separate the formula."""
+"""Matches a formula with the punctuation around it; browsers must not break a line between them."""
 
 
 class MarkdownFormula(NamedTuple):
@@ -110,7 +110,7 @@ def _convert_to_mathml(latex: str, is_displayed: bool, max_width: float) -> str:
 
 
 def find_percent(formula: Layout, max_width: float) -> int:
-    """Return the size, at most 100 %, at which a formula fits into `max_width` (em)."""
+    """Return the size in per cent, at most 100, that makes a formula fit into `max_width` (em)."""
     width = estimate_width(formula)
     return 100 if width <= max_width else int(100 * max_width / width)
 
@@ -159,7 +159,7 @@ def to_html_for_mathjax(text: str) -> str:
 _BEGIN_TABLE = "\n\\begin{{center}}\n\\begin{{tabular}}{{{}}}\n\\toprule\n"
 _BEGIN_ALIGNED, _END_ALIGNED = r"\begin{aligned}", r"\end{aligned}"
 MAX_UNBROKEN_LINES = 8
-"""Maximum number of lines of a formula between which a page is not broken."""
+"""A formula with at most this many lines is not broken across pages."""
 _TABLE_PATTERN = re.compile(r"(\n\\begin\{tabular\}.*?\\end\{tabular\}\n)", re.DOTALL)
 _PLACEHOLDER_BEFORE_PUNCTUATION = re.compile(PLACEHOLDER_PATTERN.pattern + "([,.;:]?)")
 """Matches a formula's placeholder with the punctuation after it, which becomes part of a displayed formula."""

@@ -114,7 +114,7 @@ def write_next_solution(
     """Return the solution of a problem's last part, for a text that already has the solutions of the earlier parts.
 
     `explained_names` has the abbreviations that the text explains already; abbreviations of this solution are added.
-    `may_be_followed` says whether other solutions may follow, to which the legend also applies.
+    `may_be_followed` says whether other solutions may follow; if so, the legend also applies to them.
     """
     *earlier_parts, part = problem.parts
     text = _write_derivation(problem, part, language, frozenset(earlier_part.kind for earlier_part in earlier_parts))

@@ -52,8 +52,8 @@ class TemplateCache(jinja2.FileSystemBytecodeCache):
     """Stores compiled templates in a folder __pycache__ beside the templates, because compiling one takes 10 ms.
 
     Nothing is stored if the folder can't be written, or if Python is configured not to write bytecode. The stored files
-    contain digests of the template and of Python. Their names contain a digest of everything else on which the compiled
-    templates depend.
+    contain digests of the template and of Python. Their names contain a digest of everything else that affects the
+    compiled templates.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -112,7 +112,7 @@ def escape_markdown(text: str) -> str:
 
 
 def escape_heading(title: str) -> str:
-    r"""Escape a title for a heading in Markdown; a star after a word begins no emphasis, so it stays.
+    r"""Escape a title for a heading in Markdown; a star after a word begins no emphasis, so it is not escaped.
 
     >>> print(escape_heading("Vectors p*"), escape_heading("Speed of *P* & <b>"))
     Vectors p* Speed of \*P* & \<b>

@@ -55,8 +55,9 @@ def typeset(
 ) -> Layout:
     r"""Return the layout of an answer. Raises TooDeep.
 
-    `prismatic_numbers` are those of the prismatic joints, whose rates are written \dot d. If `are_alternatives`, the
-    conditions in a list are alternatives; otherwise, all hold. `units` has the unit of each entry of a numeric vector.
+    `prismatic_numbers` are the numbers of the prismatic joints, whose rates are written \dot d. If `are_alternatives`,
+    the conditions in a list are alternatives; otherwise, all hold. `units` has the unit of each entry of a numeric
+    vector.
 
     >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.printers.latex import print_latex
@@ -244,7 +245,7 @@ def _find_joint_digits(angle: Node) -> str:
 
 
 def _find_rows(node: Node) -> list[list[Node]] | None:
-    """Return the rows of entries if a node is parsed as a matrix or vector; otherwise None."""
+    """Return the rows of entries if a node is parsed as a matrix or vector, otherwise None."""
     if node.kind != "list" and not (node.kind == "set" and node.args and node.args[0].kind == "set"):
         return None
     try:
@@ -255,7 +256,7 @@ def _find_rows(node: Node) -> list[list[Node]] | None:
 
 
 def _find_degrees(node: Node) -> Node | None:
-    """Return 30 if a node is an angle of 30 degrees, which is parsed as 30*pi/180; None if it is no such angle."""
+    """Return 30 if a node is an angle of 30 degrees, which is parsed as 30*pi/180; None for any other node."""
     if node.kind != "/" or node.args[1] != _HALF_TURN or node.args[0].kind != "*":
         return None
     number, pi = node.args[0].args

@@ -56,7 +56,7 @@ class Wording:
 
     @property
     def frame(self) -> str:
-        """The name of the frame in which everything is expressed."""
+        """The name of the frame in which vectors are expressed."""
         return self.convention.reference_frame_name(self.messages)
 
     @property
