@@ -66,8 +66,8 @@ def sample_chain(
     """Return the arm of a problem. Give `family` if it is not registered (an instructor's own robot).
 
     If a question found nothing to ask about the first arm, a higher `attempt` samples another arm. Raises QdotError if
-    this version doesn't know the family or the version of the generator (engine), or if no arm has the difficulty that
-    the identity asks for.
+    this version of qdot doesn't know the family or the identity's engine (version of the generator), or if no arm has
+    the identity's difficulty.
     """
     family = family or look_up_family(identity.family)
     if identity.engine != ENGINE:
@@ -169,9 +169,9 @@ def determine_questions(family: Family, convention: str = "") -> tuple[str, ...]
 
 @cache
 def _sample_listing_arms(family: Family) -> tuple[Chain, ...]:
-    """Return the arms from which a family's questions and difficulty are determined.
+    """Return the arms that determine a family's questions and difficulty.
 
-    If structures are sampled, these are one arm of each structure (kinds and arrangement of joints), and every class of
+    If structures (kinds and arrangement of joints) are sampled, the list has one arm of each structure. Every class of
     structures occurs once before any occurs twice. The arms of a class lose rank in the same way, so a question that
     applies to none of these arms applies to no other arm.
     """

@@ -117,9 +117,9 @@ def compute_table_of_axes(axes: Sequence[Axis], point: sp.Matrix) -> tuple[Base,
     """Return base, standard table and point of interest of an arm, given its axes and the point (3 x 1, m) at home.
 
     The origin of frame i is the point of axis i + 1 on the common normal of the axes i and i + 1. The axis of a
-    prismatic joint is first moved to the preceding origin. The last frame is at the point of interest, so None is
-    returned for the point. However, if theta of the last row would not be a multiple of pi/12, the last row contains
-    only the joint, and the point is returned in the coordinates of the last frame.
+    prismatic joint is first moved to the preceding origin. The last frame is usually at the point of interest; then
+    None is returned for the point. If theta of the last row would not be a multiple of pi/12, the last row contains
+    only the joint. Then the point is returned in the coordinates of the last frame.
     """
     table_frame = _TableFrame(_choose_base_frame(axes[0]))
     base, _ = split_base_pose(table_frame.frame)

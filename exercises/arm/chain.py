@@ -262,9 +262,8 @@ class Chain:
     def is_planar(self) -> bool:
         """Whether the arm is known to stay in one plane, parallel to the world's xy plane, in every configuration.
 
-        Two kinds of planar arms are recognised: arms of revolute joints only, and two-joint arms in which joint 1
-        rotates in the plane and joint 2 moves along a line in the plane. For other planar arms, such as R-P-R, this is
-        False.
+        Two kinds of planar arms are recognised. Either all joints are revolute, or joint 1 of two joints rotates in the
+        plane and joint 2 moves along a line in the plane. For other planar arms, such as R-P-R, this is False.
         """
         if self.base.tilt not in (0, sp.pi):
             return False

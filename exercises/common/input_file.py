@@ -114,8 +114,8 @@ class TomlFile:
     def locate_errors(self, *key_path: str | int) -> Iterator[None]:
         """Prefix the message of a QdotError raised in the block with the file, the line and the key.
 
-        If the value of the key is a table, and the message begins with a key of this table and a colon, the line of the
-        inner key is given. The inner key may be a path with dots.
+        The value of the key may be a table. If the message then begins with a key of this table and a colon, the line
+        of the inner key is given. The inner key may be a path with dots.
         """
         try:
             yield

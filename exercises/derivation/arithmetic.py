@@ -25,8 +25,8 @@ DERIVATIVE_STEP = 1e-30
 class NumericArithmetic:
     """The arithmetic of numbers at N configurations; `values` maps the name of each symbol to its N values.
 
-    Arrays end with an axis of N configurations. Stepped arrays end with the axes (N, n + 1) for n joints: the first of
-    the n + 1 values is the value itself; each other value has one joint variable moved by an imaginary step.
+    Arrays end with an axis of N configurations. Stepped arrays end with the axes (N, n + 1) for n joints. The first of
+    the n + 1 values is the value itself. In each other value, one joint variable is moved by an imaginary step.
     """
 
     sin, cos = np.sin, np.cos

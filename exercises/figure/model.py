@@ -1,8 +1,8 @@
 """Replace each arm by a model, so that arms whose figures differ only in their labels share one figure.
 
-A figure is not to scale: each numeric length is replaced by one of eight standard lengths, in the same order, and equal
-lengths stay equal. Joint offsets appear only in labels. A figure is drawn once for all arms with the same model, with
-space for the widest of their labels. Then each arm's labels are filled in.
+A figure is not to scale. Each numeric length is replaced by one of eight standard lengths: longer lengths stay longer,
+and equal lengths stay equal. Joint offsets appear only in labels. A figure is drawn once for all arms with the same
+model, with space for the widest of their labels. Then each arm's labels are filled in.
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -187,8 +187,9 @@ class _UrdfReader:
     def propose_tip(self, base: str) -> str:
         """Return a link that is probably meant as the last link; empty if no joint moves any link.
 
-        This is the tool frame if there is one. Otherwise it is the last link before the longest branches split, such as
-        the hand that carries the fingers, or else the end of the first of the longest branches.
+        The candidates are tool frames, then the last link before the longest branches split (such as the hand that
+        carries the fingers), then the end of the first of these branches. The first candidate with more than half the
+        joints of these branches is returned.
         """
         ends = self._list_ends(base)
         count_to_base = self._count_independent_joints(base)

@@ -104,7 +104,7 @@ def split_record(record: Json, texts: Json, solutions: Json | None) -> dict[str,
     - `texts`: the same record, or its texts in another language
     - `solutions`: the worked solutions in the language of the texts; None if students may not see them
 
-    A question is a part with {"said": {index: row} of the mistakes in its key, "solved": its solution}; the arm has the
+    A question is a part with {"said": {index: row} of the mistakes in its key, "solved": its solution}. The arm has the
     "factors" of det J.
     """
     arm = {name: value for name, value in texts.items() if name not in ("parts", "said")}

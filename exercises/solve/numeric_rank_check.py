@@ -18,8 +18,10 @@ from qdot.exercises.verify.singular import find_singular_configurations
 START_COUNT, MAX_STEPS = 60, 80
 """Number of random starts per search, and the maximum number of steps from each start to a branch."""
 LENGTH_SAMPLES, EXTRA_LENGTH_SAMPLES = 3, 12
-"""Number of random choices of the symbolic lengths; and for conditions that hold only for special lengths, number of
-further choices, from a quarter to four times as long."""
+"""Number of random choices of the symbolic lengths, and number of further choices if conditions need special lengths.
+
+The lengths of the further choices are from a quarter to four times as long.
+"""
 EQUATION_TOLERANCE, RANK_TOLERANCE = 1e-11, 1e-7
 """Tolerances for residuals of solved equations, and for the smallest singular value of J over the largest."""
 DISTANCE_TOLERANCE = 1e-3

@@ -268,8 +268,10 @@ def _check_options(model: NumericModel, part: Part, maker: QuestionMaker) -> Che
 START_COUNT, STEP_COUNT = 16, 25
 """The number of configurations where searches for zeros start, and of Newton steps in each search."""
 ZERO_TOLERANCE, MATCH_TOLERANCE, DIFFERENCE_STEP, NEAR_ZERO = 1e-9, 1e-5, 1e-6, 1e-11
-"""Maximum size of a value that counts as zero, tolerance for a configuration, step of differences, and distance from a
-zero at which a formula is evaluated, too, because it may be undefined at the zero itself."""
+"""Tolerances for zero and for a configuration, step of differences, and a small distance from a zero.
+
+A formula is also evaluated at this distance from a zero, because it may be undefined at the zero itself.
+"""
 
 Function = Callable[[np.ndarray], np.ndarray]
 """A function of configurations (N, n) with values (N, m)."""

@@ -1,7 +1,7 @@
 """Fill in the texts of custom questions: {name} in braces is replaced by the value in the student's problem, typeset.
 
-A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), {base} for the frame in which results are
-expressed, the name of a given value, or a formula of the question language.
+A placeholder is a group of values ({pose}, {rates}, {velocity}, {given}), the name of a given value, or a formula of
+the question language. {base} stands for the frame in which results are expressed.
 """
 
 import operator

@@ -293,7 +293,7 @@ def _write_display_as_text(latex: str) -> str:
     """Return a displayed formula as text, broken into lines if it is too wide for the terminal.
 
     A width in em says little about a width in characters. Therefore the formula is fitted to smaller and smaller widths
-    in em until its text is narrow enough; if it never is, the narrowest text is returned.
+    in em until its text is narrow enough. If no text is, the narrowest one is returned.
     """
     formula = parse_latex(latex)
     narrowest_text = print_unicode(formula)

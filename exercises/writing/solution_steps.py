@@ -1,8 +1,8 @@
 """Compute the intermediate steps of a worked solution: vectors, products, cofactors, numbers.
 
-All formulas are derived for the arm's structure: the same arm with symbols for its lengths and without joint offsets,
-for which the algebra is exact and short. Then the arm's numbers are substituted. All vectors are in the world frame, in
-the notation of the chapter.
+All formulas are derived for the arm's structure: the same arm with symbols for its lengths and without joint offsets.
+For the structure, the algebra is exact and short. Then the arm's numbers are substituted. All vectors are in the world
+frame, in the notation of the chapter.
 """
 
 from dataclasses import dataclass, replace

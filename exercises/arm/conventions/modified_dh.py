@@ -100,7 +100,7 @@ class ModifiedDh(Convention):
     def convert_standard_frames(self, frames: np.ndarray, corners: np.ndarray, base_origin: np.ndarray) -> np.ndarray:
         """Convert numeric poses of the standard frames to those of the modified frames, (…, n + 1, 4, 4).
 
-        Frame i has the x axis of standard frame i, the axis of joint i as its z axis, and as its origin the point at
+        Frame i has the x axis of standard frame i, and its z axis is the axis of joint i. Its origin is the point at
         which link i bends from this axis into x_i (`corners`, see the base class). Frame 0 is upright, at
         `base_origin`: rotations about x_0 and shifts along x_0 before joint 1 belong to the first row.
         """
