@@ -200,7 +200,7 @@ def test_structures_of_the_table_are_clean_and_as_difficult_as_it_says(n: int, e
 
 
 @pytest.mark.parametrize("code", ["Rdx Rax Ra", "Rax Rx Rax Ra"])
-def test_an_arm_with_long_conditions_is_not_clean(code: str) -> None:
+def test_an_arm_with_a_long_jacobian_is_not_clean(code: str) -> None:
     assert not is_clean(build_arm(parse_rows(code), ("vx", "vy", "vz")))
 
 
