@@ -32,12 +32,7 @@ from tests.support.prairielearn_forms import fill_form
 from tests.support.submitting import make_class
 
 TOML = read_data("assignments/prairielearn.toml")
-ROBOT = """name = "Slide"
-task = ["vx", "vz"]
-joint = [
-    {kind = "P", theta = 0, d = "d1", a = 0, alpha = "pi/2"}, {kind = "R", theta = "theta2", d = 0, a = "a2", alpha = 0}
-]
-"""
+ROBOT = read_data("slide.toml")
 Data = dict[str, Any]
 
 

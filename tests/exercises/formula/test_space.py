@@ -89,13 +89,7 @@ def test_free_joints_of_sampled_poses_vary() -> None:
     assert 0 < len(sample_poses("cos(theta2) = 0", 7)["theta1"]) <= 7
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "theta2 = acos(2)", "theta2 = 1/0", "cos(theta2) = 2", "1 = 0", "a1 = 0", "d3^2 = -1",
-        "cos(theta1) = 0 and a1 = 0",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("text", read_cases("sets")["empty"])
 def test_empty_piece_has_no_poses(text: str) -> None:
     assert len(sample_poses(text)["theta1"]) == 0
 

@@ -454,13 +454,7 @@ def test_a_browser_can_mark_all_but_texts(tmp_path: Path) -> None:
 BUILT_IN = [name for name, question in QUESTIONS.items() if question.formula and not question.sample]
 
 
-@pytest.mark.parametrize(
-    ("setting", "words", "error"),
-    [
-        ("", "to three significant digits", 0.004), ("digits = 5", "to five significant digits", 4e-5),
-        ('tolerance = "1 cm/s"', "within 1 cm/s", 0.009),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("setting", "words", "error"), read_cases("own_questions")["precisions"])
 def test_a_number_is_marked_to_the_precision_that_its_prompt_states(
     setting: str, words: str, error: float, tmp_path: Path
 ) -> None:  # fmt: skip
@@ -590,13 +584,7 @@ def test_a_mass_is_no_unit_when_the_solution_is_simplified() -> None:
     assert problem["mine"].answer.as_json()[0] == ["m*(a2**2 + d3**2)", "0", "a2*m"]
 
 
-@pytest.mark.parametrize(
-    ("answer", "given", "unit"),
-    [
-        ("norm(p)", "d2 = [0.2, 0.8], a1 = [0.2, 0.8]", "m"), ("p.x*f[1]", 'd2 = "length", fx = [1, 5]', "N m"),
-        ("qdd2*theta1", "qdd2 = [1, 3]", "m/s^2"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("answer", "given", "unit"), read_cases("own_questions")["given_symbols"])
 def test_given_symbols_have_their_units(answer: str, given: str, unit: str, tmp_path: Path) -> None:
     keys = f'prompt = "{{given}}"\nanswer = "{answer}"\nunit = "{unit}"\ngiven = {{theta1 = "angle", {given}}}'
     assert ask_mine(tmp_path, keys, "polar-rp", 'variation = "chapter"\n').notes == ()

@@ -89,14 +89,7 @@ def test_a_missed_condition_of_an_own_set_is_named(answer: str, mistake: str) ->
     assert "J" not in verdict.diagnosis.feedback and "6.8" not in verdict.diagnosis.feedback
 
 
-@pytest.mark.parametrize(
-    ("answer", "is_right"),
-    [
-        ("tau1 = 0, tau2 = -m*g*d3*sin(theta2), f3 = m*g*cos(theta2)", True),
-        ("f3 = m*g*cos(theta2), tau2 = -m*g*d3*sin(theta2), tau1 = 0", True),
-        ("tau1 = 0, tau2 = -m*g*d3*sin(theta2), f2 = m*g*cos(theta2)", False),
-    ],
-)
+@pytest.mark.parametrize(("answer", "is_right"), read_cases("own_questions")["named_entries"])
 def test_entries_named_by_their_number_are_read_in_this_order(answer: str, is_right: bool) -> None:
     verdict = mark_one(ask("spherical", "transpose(Jv)*[0, 0, m*g]", units=MASSES), answer)
     assert (verdict.judgement.share == 1) is is_right
@@ -200,14 +193,7 @@ def test_a_condition_on_several_joints_is_found_in_part(answer: str, share: floa
     assert find_mistake(verdict) == mistake and (mistake or verdict.diagnosis is None)
 
 
-@pytest.mark.parametrize(
-    ("formula", "answer", "reason"),
-    [
-        ("m*J", "m J", "'J' is not a symbol of this problem"),
-        ("norm(v)", "fast, as it should", "the question asks for numbers"),
-        ("norm(v)", "1000 mi/h", "your number is 447.04"),
-    ],
-)
+@pytest.mark.parametrize(("formula", "answer", "reason"), read_cases("own_questions")["no_answers"])
 def test_the_reason_names_what_is_no_answer(formula: str, answer: str, reason: str) -> None:
     given = AT_POSE if formula == "norm(v)" else ()
     problem = ask(

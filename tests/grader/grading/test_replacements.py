@@ -23,22 +23,14 @@ from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.verify.certificate import CHECKS
 from qdot.exercises.verify.numeric_model import Check, NumericModel
 from qdot.grader.cli.main import app
-from tests.support import ROOT
+from tests.support import ROOT, read_data
 from tests.support.command import run, run_and_fail, runner
 from tests.support.submitting import answer_and_submit, make_class, work_in_one_process
 
 pytestmark = pytest.mark.xdist_group("replacements")
 
 STUDENTS = [f"s{number}" for number in range(1, 7)]
-TOML = """title = "T"
-key = "hw"
-[[problem]]
-family = "planar-pr"
-questions = ["jacobian"]
-[[problem]]
-family = "planar-2r"
-questions = ["position", "determinant"]
-"""
+TOML = read_data("assignments/replacements.toml")
 
 
 @pytest.fixture

@@ -32,19 +32,12 @@ from qdot.grader.reports.counterexample_table import format_decimal, make_counte
 from qdot.grader.reports.feedback import compute_page_fingerprint, make_feedback_page
 from qdot.grader.reports.graded_folder import write_reports
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
+from tests.support import read_data
 from tests.support.results import change_part
 from tests.support.submitting import make_class
 from tests.support.suites import sample_for_suite
 
-TOML = """title = "Arms & <angles>"
-key = "hw"
-[[problem]]
-family = "planar-2r"
-questions = ["position", "jacobian", "determinant", "singular-angles", "joint-rates"]
-[[problem]]
-family = "polar-rp"
-questions = ["twist", "joint-effect", "lost-direction", "rank"]
-"""
+TOML = read_data("assignments/feedback.toml")
 FAMILY_PAIR = ("planar-2r", "elbow-3r")
 VOID = {"meta", "link", "br", "hr", "img", "path", "circle", "use", "rect", "polyline", "polygon", "mspace"}
 Answers = Callable[[str, str, str], str | None]

@@ -124,13 +124,7 @@ def test_identifiers_come_before_names(ids: list[str], name: str, students: str)
     assert bool(match.reason) == (len(match.students) > 1)
 
 
-@pytest.mark.parametrize(
-    ("platform", "name", "students"),
-    [
-        ("Moodle", "Ada Lovelace", "a"), ("Moodle", "Participant", "a"), ("Moodle", "Bo Boole", "a bo"),
-        ("Canvas", "Bo Boole", "bo"),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("platform", "name", "students"), read_cases("answers")["numbers_of_moodle"])
 def test_a_number_from_the_handout_identifies_a_student_in_moodle(platform: str, name: str, students: str) -> None:
     twins = (Student("a", "Ada Lovelace"), Student("b", "Ada Lovelace"), Student("bo", "Bo Boole"))
     roster = Roster(twins, {"17": "a", "18": "left the course"})
