@@ -45,7 +45,7 @@ from qdot.exercises.writing.typst import TYPST_WIDTH, escape_typst, to_typst
 from qdot.grader.grading.certify import find_failures
 from qdot.grader.marking.marking import compute_earned_share
 from tests.grader.reports.test_feedback import Page
-from tests.support import read_cases
+from tests.support import read_cases, read_data
 from tests.support.command import run_and_fail
 from tests.support.programs import CHROMIUM, LATEX, POPPLER, require_program
 from tests.support.submitting import make_class
@@ -290,29 +290,9 @@ def test_key_lists_every_student_by_question(export_request: ExportRequest, tmp_
             assert number in shown
 
 
-SIX = {
-    "planar-2r": ["position", "jacobian", "singular-angles"],
-    "polar-rp": ["joint-axes", "geometric-jacobian"],
-    "planar-3r": ["jacobian", "least-norm-rates", "self-motion"],
-    "scara": ["determinant", "singular-configurations", "joint-rates"],
-    "elbow-3r": ["jacobian", "determinant", "singularity-meaning"],
-    "wrist-zyz": ["jacobian", "axis-choice", "true-or-false"],
-}
-HEAVY = {
-    "puma-560": ["joint-axes", "arm-block", "wrist-block"],
-    "lbr-7r": ["position", "link-velocity"],
-    "stanford-6r": ["geometric-jacobian", "twist"],
-    "industrial-6r": ["arm-block", "wrist-block", "block-determinants"],
-    "anthropomorphic-6r": ["joint-axes", "arm-block"],
-    "ur-6r": ["position", "joint-axes", "determinant"],
-}
-
-
-def make_exam_request(folder: Path, questions: dict[str, list[str]]) -> ExportRequest:
+def make_exam_request(folder: Path, name: str) -> ExportRequest:
     make_class(folder, CLASS)
-    problems = "".join(f'[[problem]]\nfamily = "{name}"\nquestions = {questions[name]}\n' for name in questions)
-    text = f"title = 'Exam'\nkey = 'exam'\n{problems}".replace("'", '"')
-    (folder / "assignment.toml").write_text(text, encoding="utf-8")
+    (folder / "assignment.toml").write_text(read_data(f"assignments/{name}.toml"), encoding="utf-8")
     return ExportRequest(
         load_assignment(folder), lambda _: [], sheet="exam", version_count=1, compute_earned_share=compute_earned_share
     )
@@ -320,7 +300,7 @@ def make_exam_request(folder: Path, questions: dict[str, list[str]]) -> ExportRe
 
 @pytest.fixture(scope="module")
 def six(tmp_path_factory: pytest.TempPathFactory) -> ExportRequest:
-    return make_exam_request(tmp_path_factory.mktemp("six") / "exam", SIX)
+    return make_exam_request(tmp_path_factory.mktemp("six") / "exam", "exam")
 
 
 def read_exam_pages(export_request: ExportRequest, folder: Path) -> list[str]:
@@ -340,7 +320,7 @@ def test_exam_of_six_problems_fits_on_eight_pages(six: ExportRequest, tmp_path: 
 
 @pytest.mark.whole  # a shorter test exports an exam of simpler arms
 def test_exam_of_six_long_arms_fits_and_keeps_boxes_with_questions(tmp_path: Path) -> None:
-    export_request = make_exam_request(tmp_path / "exam", HEAVY)
+    export_request = make_exam_request(tmp_path / "exam", "exam_of_long_arms")
     pages = read_exam_pages(export_request, tmp_path)
     assert sum(page.count("Answer:") for page in pages) == 15
     assert all(page.count("Answer:") == len(re.findall(r"Answer(?!:)", page)) for page in pages)
@@ -503,17 +483,7 @@ PNG = bytes.fromhex(
     "89504e470d0a1a0a0000000d4948445200000001000000010802000000907753de0000000c49444154789c63f8cfc0000003010100c9fe92ef"
     "0000000049454e44ae426082"
 )
-FRONT_PAGE = """title = "T"
-key = "hw"
-[paper]
-date = 2027-02-11
-time_allowed = "90 minutes & 5 %"
-logo = "logo.png"
-instructions = "Write **into the boxes**."
-[[problem]]
-family = "planar-2r"
-questions = ["position"]
-"""
+FRONT_PAGE = read_data("assignments/front_page.toml")
 
 
 @pytest.mark.parametrize("file_type", ["html", "pdf", "latex"])
