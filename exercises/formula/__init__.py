@@ -1,9 +1,7 @@
 """Parse, print and evaluate formulas, and compare them as functions and as sets of configurations.
 
-A formula is one of three things: a SymPy expression (qdot's own results), a tree of nodes (a parsed answer), or a
-layout (what is printed). Whole answers, such as a vector in a notebook's variable, are parsed by `grader/judging`.
-
-From the bottom up:
+A formula is a SymPy expression (one of qdot's results), a tree of nodes (a parsed answer), or a layout (for printing).
+Whole answers, such as a vector in a notebook's variable, are parsed by `grader/judging`. From the bottom up:
 
     printing, sympy_text                print SymPy expressions as text, fast
     order                               puts terms and factors in the order in which a person writes them

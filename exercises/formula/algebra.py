@@ -14,7 +14,7 @@ def apply_function(function: str, a: Node) -> Node:
 
 
 def split_terms(sum_node: Node) -> list[Node]:
-    """Return the terms of a sum, each with its sign, without expanding products."""
+    """Return the terms of a sum with their signs; products are not expanded."""
     return [-term if sign < 0 else term for term, sign in split_signed_terms(sum_node)]
 
 
@@ -92,7 +92,7 @@ def differentiate(node: Node, name: str) -> Node:
     if node.kind == "name":
         return ONE if node.value == name else ZERO
     arg_derivatives = [differentiate(arg, name) for arg in node.args]
-    if all(derivative == ZERO for derivative in arg_derivatives):  # true of a number, too
+    if all(derivative == ZERO for derivative in arg_derivatives):  # also for a number, which has no arguments
         return ZERO
     return _differentiate_node(node, arg_derivatives)
 

@@ -10,10 +10,11 @@ from qdot.exercises.formula.program import Step, compile_program
 from qdot.exercises.formula.trees import Node
 
 ANGLE_DIVISOR = 8
-"""An angle theta is represented by w = exp(i theta / ANGLE_DIVISOR), so that exp(i theta/2) etc. are powers of w."""
+"""An angle theta is represented by w = exp(i theta / ANGLE_DIVISOR). So exp(i theta / 2) is a power of w, for
+example."""
 
 AngleCoefficients = dict[str, Fraction]
-"""A sum of names and of pi: it maps each name to its rational factor; "" is the key of the constant term."""
+"""A sum of multiples of names and pi. It maps each name to its rational factor, and "" to the constant term."""
 
 
 class Angle(NamedTuple):
@@ -24,12 +25,12 @@ class Angle(NamedTuple):
 
 
 MAX_BITS = 10_000
-"""Maximum number of bits of an angle's factors, because products of long numbers could use up the memory."""
+"""Maximum number of bits of an angle's factors, because long numbers could use up the memory."""
 
 
 @dataclass(frozen=True)
 class Phase:
-    """The value exp(i angle) as a product of powers of the w of each name, and of the root of unity.
+    """The value exp(i angle), as a product of a power of w for each name and a power of the root of unity.
 
     `powers` has pairs (name, exponent of its w); `root_exponent` is the exponent of the root of unity.
     """
@@ -39,7 +40,7 @@ class Phase:
 
 
 def make_phase(angle: AngleCoefficients) -> Phase | None:
-    """Return exp(i angle); None if it is no such product.
+    """Return exp(i angle); None if it is not a product as in Phase.
 
     The factor of each name must be a multiple of 1 / ANGLE_DIVISOR. The multiple of pi must be a multiple of a quarter
     of a degree. There must be no constant term, because the exponential of a number of radians is not a root of unity.
@@ -86,7 +87,7 @@ def _compute_angle(op: str, args: Sequence[Angle], constant: Any) -> Angle | Non
 
 
 def _add_angles(terms: Sequence[Angle], counts: Sequence[int]) -> Angle | None:
-    """Return the sum of angles, each times its count; None if only some are imaginary, or if a factor is too long."""
+    """Return the sum of angles times counts; None if only some angles are imaginary, or if a factor is too long."""
     if len({term.is_imaginary for term in terms}) > 1:
         return None
     total: AngleCoefficients = {}
@@ -99,7 +100,7 @@ def _add_angles(terms: Sequence[Angle], counts: Sequence[int]) -> Angle | None:
 
 
 def _scale_angle(angle: Angle, factor: Fraction, is_imaginary: bool = False) -> Angle | None:
-    """Return an angle times a factor and, if `is_imaginary`, times i; None if a number is too long."""
+    """Return an angle multiplied by a factor and, if `is_imaginary`, by i; None if a number is too long."""
     sign = -1 if is_imaginary and angle.is_imaginary else 1
     product = {name: sign * factor * value for name, value in angle.coefficients.items()}
     return None if any(map(_is_too_long, product.values())) else Angle(product, is_imaginary != angle.is_imaginary)

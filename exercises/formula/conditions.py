@@ -1,4 +1,4 @@
-"""Compare sets of configurations given by conditions, as in "theta3 = 0 or pi, or a1 + a2*c2 + a3*c23 = 0".
+"""Compare sets of configurations that are given by conditions, such as "theta3 = 0 or pi, or a1 + a2*c2 + a3*c23 = 0".
 
 A set is a union of pieces (`set_parser`). Random configurations are moved onto each piece of one set by Gauss-Newton
 steps. The sets are equal if the other set contains these configurations, and vice versa. A configuration consists of
@@ -37,11 +37,11 @@ from qdot.exercises.formula.trees import Node, find_names
 SAMPLE_COUNT = 50
 """The number of random configurations that are tried on each piece."""
 ROUNDED_JOINT_VALUE = Rounding(absolute=5e-3)
-"""A joint value within this distance of an expected one counts as the expected value, rounded."""
+"""A joint value that differs by less from an expected value counts as this value, rounded."""
 TYPED_TOLERANCE = 1e-9
-"""Tolerance for configurations that were typed as joint values."""
+"""Tolerance for joint values that a student typed."""
 SEARCH_TOLERANCE = 1e-7
-"""Tolerance for configurations found by a search, because rounding shifts a double zero, such as that of |cos| - 1, by
+"""Tolerance for configurations that a search found. Rounding shifts a double zero, such as that of |cos| - 1, by
 2e-8."""
 
 _STOP_STEP, _CONVERGED_STEP, _CONVERGED_RESIDUAL = 1e-10, 1e-5, 1e-9
@@ -56,11 +56,12 @@ _POLISHED_STEP = 1e-8
 _MAX_STEPS, _MAX_STEP = 120, 0.7
 """Maximum number of steps of a search, and maximum step of a joint (in rad or m)."""
 _MAX_POLISHING_STEPS, _MAX_POLISHING_STEP, _GRADIENT_STEP = 8, 0.05, 1e-5
-"""Steps to a zero of the gradient: their maximum number, the maximum step of a joint, and the step of differences."""
+"""The search for a zero of the gradient: maximum number of steps, maximum step of a joint, and step of finite
+differences."""
 _FLAT_GRADIENT = 1e-2
-"""Relative size below which a gradient may belong to a configuration near a double zero."""
+"""If the gradient is smaller, relative to the terms, the configuration may be near a double zero."""
 _NEAR_MISS_RESIDUAL = 1e-3
-"""Relative residual below which conditions may have a zero, although the search did not find one."""
+"""If the relative residual is smaller, the conditions may have a zero that the search did not find."""
 _MAX_STORED_VALUES = 5_000_000
 """Maximum number of values stored at once: programs of more than 1,250 steps are evaluated at fewer random points."""
 
@@ -69,7 +70,7 @@ Configurations = Mapping[str, np.ndarray]
 
 
 class _Residuals(NamedTuple):
-    """The values of expressions, nan unless they are real, and the sizes of their terms.
+    """The values of expressions (nan if they are not real), and the sizes of their terms.
 
     Both have the shape (expressions, configurations).
     """
@@ -92,7 +93,7 @@ class _CompiledPiece:
     free_joints: list[str]
 
     def assign_joints(self, values: dict[str, np.ndarray]) -> np.ndarray:
-        """Set the assigned joints; return for each configuration whether the assigned values are real."""
+        """Set the joints that have assigned values; return for each configuration whether these values are real."""
         is_valid = np.ones(_count_configurations(values), dtype=bool)
         for joint, program in self.assignments:
             joint_values = evaluate(program, values, len(is_valid)).values[0]
@@ -101,7 +102,7 @@ class _CompiledPiece:
         return is_valid
 
     def compute_residuals(self, values: Configurations) -> _Residuals:
-        """Return the values of the expressions at configurations, which are zero on the piece."""
+        """Return the values, at configurations, of the expressions that vanish on the piece."""
         complex_values, sizes = evaluate(self.residual_program, values, _count_configurations(values))
         is_real = np.abs(complex_values.imag) < SEARCH_TOLERANCE
         return _Residuals(np.where(is_real, complex_values.real, np.nan), sizes)
@@ -168,9 +169,9 @@ class _CompiledPiece:
     def _polish(self, values: dict[str, np.ndarray], typical_size: np.ndarray) -> np.ndarray:
         """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient.
 
-        Return the last step of each configuration, inf for a configuration that was not moved. Near a double zero, the
-        expression determines only half of the configuration's digits. The gradient, computed by complex steps,
-        determines almost all of them. Expressions with branches have no such gradient. A configuration that doesn't
+        Return the size of each configuration's last step; inf if the configuration was not moved. Near a double zero,
+        the expression determines only half of the configuration's digits. The gradient, computed by complex steps,
+        determines almost all digits. It does not exist for functions with branches. A configuration that doesn't
         improve is restored, because large terms that cancel can make a gradient look small.
         """
         count, joint_count = _count_configurations(values), len(self.free_joints)
@@ -182,7 +183,7 @@ class _CompiledPiece:
         for _ in range(_MAX_POLISHING_STEPS):
             gradient = self._compute_gradient(values)
             is_flat = np.linalg.norm(gradient, axis=1) < _FLAT_GRADIENT * typical_size
-            if not is_flat.any():  # nothing moves, now or later
+            if not is_flat.any():  # no configuration moves, now or later
                 last_steps = np.full(count, np.inf)
                 break
             hessian = np.empty((count, joint_count, joint_count))
@@ -206,9 +207,9 @@ class _CompiledPiece:
         return np.where(is_polished, last_steps, np.inf)
 
     def _compute_gradient(self, values: Configurations) -> np.ndarray:
-        """Return the gradient of the single expression, (configurations, joints), to the last digit.
+        """Return the gradient of the piece's single expression, (configurations, joints), without loss of digits.
 
-        The complex-step derivative Im f(x + ih) / h contains no difference, so that no digits cancel.
+        The complex-step derivative Im f(x + ih) / h contains no difference, so no digits cancel.
         """
         stepped_values = _shift_joints(values, [(joint, 1e-20j) for joint in self.free_joints])
         complex_residuals, _ = evaluate(self.residual_program, stepped_values, _count_configurations(stepped_values))
@@ -230,7 +231,7 @@ class _CompiledPiece:
             return np.asarray((residual <= tolerance * gradient_norm) | (residual <= rounding_error))
 
     def _compute_typical_term_size(self, values: Configurations) -> float:
-        """Return the median size of the expression's terms at random configurations; at a zero they may vanish."""
+        """Return the median size of the expression's terms at random configurations; at a zero, terms may vanish."""
         stream, count = Stream("typical"), _count_configurations(values)
         random_values = {q: np.array([stream.uniform(-3, 3) for _ in range(count)]) for q in self.free_joints}
         sizes = self.compute_residuals({**values, **random_values}).sizes
@@ -280,10 +281,7 @@ def _count_configurations(values: Configurations) -> int:
 
 
 def _shift_joints(values: Configurations, shifts: Sequence[tuple[str, complex]]) -> dict[str, np.ndarray]:
-    """Return a copy of all configurations for each shift of a joint, one block after another.
-
-    So a program is evaluated only once for all shifts.
-    """
+    """Return a copy of all configurations for each shift of a joint, one after another, for a common evaluation."""
     shifted_values = {name: np.tile(column, len(shifts)) for name, column in values.items()}
     count = _count_configurations(values)
     for i, (joint, shift) in enumerate(shifts):
@@ -313,7 +311,7 @@ def _compute_minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) 
 
 
 class ConfigurationSpace:
-    """The space that contains the sets: the joints, the domain of all symbols, and the rounding that is allowed."""
+    """The configurations that sets can contain: the joints, the domain of all symbols, and the allowed rounding."""
 
     def __init__(self, joints: Sequence[str], domain: Domain, rounding: Rounding | None = None) -> None:
         self.joints, self.domain, self.rounding = tuple(joints), domain, rounding
@@ -321,15 +319,18 @@ class ConfigurationSpace:
 
     @property
     def typed_tolerance(self) -> float:
-        """The absolute error allowed for typed joint values; a relative error is applied to an angle of pi."""
+        """The absolute error allowed for typed joint values.
+
+        An allowed relative error is converted for an angle of pi.
+        """
         if self.rounding is None:
             return TYPED_TOLERANCE
         return max(TYPED_TOLERANCE, self.rounding.absolute, self.rounding.relative * np.pi)
 
     def parse_reference(self, conditions: Iterable[Node]) -> list[Piece]:
-        """Return the pieces of reference conditions, one for each value of an angle: two for sin(theta1 + theta2) = 0.
+        """Return the pieces of reference conditions: one for each value of an angle, because each earns partial credit.
 
-        So an answer with one of the values earns partial credit.
+        The condition sin(theta1 + theta2) = 0 has two pieces.
         """
         pieces = [piece for condition in conditions for piece in parse_pieces(condition, self.joints)]
         return [part for piece in pieces for part in split_zeros(piece, self.angles)]
@@ -354,8 +355,8 @@ class ConfigurationSpace:
     def compute_smallest_residual(self, piece: Piece, used_names: set[str], stream: Stream) -> float:
         """Return the smallest residual of a piece at random configurations, relative to the size of the terms.
 
-        The residual of a configuration is the largest value of the conditions. If they have no zero at all, even the
-        smallest residual is large.
+        The residual of a configuration is the largest absolute value of the vanishing expressions. If these have no
+        common zero, even the smallest residual is large.
         """
         compiled_piece = _compile_piece(piece, self.joints, self.angles)
         if not compiled_piece.free_joints:
@@ -368,7 +369,7 @@ class ConfigurationSpace:
         return float(_reduce_without_warning(np.nanmin, relative_residuals[None])[0, 0])
 
     def round_value(self, name: str, value: float) -> float:
-        """Return a value rounded to six digits, an angle between -pi and pi; 0 for a mere rounding error."""
+        """Return a value with six digits: an angle is wrapped to (-pi, pi], and a mere rounding error becomes 0."""
         if self.domain.roles.get(name) == "angle":
             value = float(np.angle(np.exp(1j * value)))
         return round_to_six_digits(value) if abs(value) > TYPED_TOLERANCE else 0.0
@@ -423,12 +424,13 @@ class ConfigurationSpace:
 
 @dataclass(frozen=True)
 class SetComparison:
-    """The result of comparing a claimed set of configurations with the reference set, the singular configurations.
+    """The result of comparing a student's set of configurations with the reference set.
 
-    - `is_covered`: for each reference piece, whether the claimed set contains it; None for an empty piece
-    - `is_sound`: for each claimed piece, whether the reference set contains it; None for an empty piece
-    - `missing`: a configuration that is singular but not claimed
-    - `surplus`: a configuration that is claimed but not singular
+    - `is_covered`: whether the student's set contains each reference piece; None for an empty piece
+    - `is_sound`: whether the reference set contains each claimed piece, a piece of the student's set; None for an empty
+      piece
+    - `missing`: a configuration that is only in the reference set
+    - `surplus`: a configuration that is only in the student's set
     - `configuration_count`: the number of configurations tried
     - `fewest_configurations`: the number of configurations on the piece with the fewest
     - `is_only_rounded`: whether a claimed value is correct except for rounding
@@ -448,11 +450,11 @@ class SetComparison:
         return False not in self.is_covered and False not in self.is_sound
 
 
-@np.errstate(all="ignore")  # a search that overflows has not found a zero
+@np.errstate(all="ignore")  # a search that overflows finds no zero
 def compare_sets(
     claimed_pieces: Sequence[Piece], reference_pieces: Sequence[Piece], space: ConfigurationSpace, seed: str
 ) -> SetComparison:
-    """Compare a claimed set of configurations with the reference, piece by piece.
+    """Compare a student's set of configurations with the reference set, piece by piece.
 
     `seed` determines the random configurations.
     """
@@ -477,7 +479,7 @@ def compare_sets(
             counts.append(count)
             is_typed = all(atom.joint is not None for atom in piece)
             tolerance = space.typed_tolerance if is_typed else SEARCH_TOLERANCE
-            if set_name == "reference":  # the union has the student's values, which may be rounded
+            if set_name == "reference":  # the union consists of the student's pieces, whose values may be rounded
                 tolerance = max(tolerance, space.typed_tolerance)
             is_inside = space.contains(union, values, count, tolerance)
             if is_typed and count and is_inside.all() and space.rounding is None:
@@ -495,7 +497,7 @@ def compare_sets(
 
     is_sound, surplus = check_inclusion(claimed_pieces, reference_pieces, "claimed")
     for index, (piece, is_contained) in enumerate(zip(claimed_pieces, is_sound, strict=True)):
-        # A piece that only seems to be empty, because its conditions come close to zero, doesn't count as sound.
+        # A piece that only seems to be empty, because its expressions almost vanish, doesn't count as sound.
         stream = Stream(f"{seed}/miss/{index}")
         if is_contained is None and space.compute_smallest_residual(piece, used_names, stream) < _NEAR_MISS_RESIDUAL:
             is_sound[index] = False

@@ -2,16 +2,16 @@
 
 Rational functions of lengths, sines and cosines are compared exactly (`exact`), with a bound on the chance of a wrong
 verdict. Other expressions (square roots, inverse functions, absolute values, decimals in a sine) are compared
-numerically, at many random points. A point consists of a value for each symbol.
+numerically at many random points, each of which has a value for each symbol.
 
   - Double precision is used only to find differences much larger than any rounding error.
-  - Whether two values are equal is decided with 50 digits, at one or more points of every region that was sampled. In a
-    region, the operands of functions with branches keep their signs. Both expressions are analytic in a region, so that
-    they agree everywhere in it if they agree around a point.
+  - Whether two values are equal is decided with 50 digits, at one or more points of every sampled region. A region is a
+    set of points at which the operands of functions with branches have the same signs. Both expressions are analytic in
+    a region, so if they agree around one point, they agree everywhere in it.
 
-Decimals are exact: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for a double printed by a
-program (SymPy prints 15 digits, without trailing zeros). Such a number may have the rounding error of a chain of
-operations with doubles (DOUBLE_TOLERANCE, relative to the size of the terms). An assignment may allow more
+Decimals are exact: 0.5 is a half, 3.14 is not pi. Only a number of 13 digits or more is taken for a double that a
+program printed (SymPy prints 15 digits, without trailing zeros). Such a number may have the rounding error of a
+floating-point calculation (DOUBLE_TOLERANCE, relative to the size of the terms). An assignment may allow more
 (`Rounding`).
 """
 
@@ -38,12 +38,13 @@ POINT_COUNT, POINT_COUNT_BRANCHING = 50, 2000
 WRONG_SHARE, WRONG_SHARE_BRANCHING = 0.5, 0.02
 """The bound of a numeric comparison holds for answers that are wrong at this fraction of the points or more."""
 READABLE_POINTS = 8
-"""Number of points, the first ones, whose values have two decimals, so that people can check a counterexample."""
+"""Number of points, at the beginning, whose values have two decimals, so that people can check a counterexample."""
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
-"""Minimum number of digits at which a typed decimal counts as a printed double, and a problem's number as a root."""
+"""Minimum numbers of digits of a typed decimal that counts as a printed double, and of a problem's number that is a
+root."""
 MIN_VISIBLE_SHARE = 0.02
-"""Minimum size of the values of a counterexample, relative to their median."""
+"""Minimum size of the values at a counterexample, relative to the median over all wrong points."""
 DOUBLE_TOLERANCE = 1e-12
 """Relative error allowed for joint values, and for entries with decimals of PRINTED_DOUBLE_DIGITS or more."""
 
@@ -52,14 +53,13 @@ _RELATIVE_ROUNDING = 64 * np.finfo(float).eps
 
 @dataclass(frozen=True)
 class Domain:
-    """The role of each symbol: a kind of random value, a fixed number, or an array with one number for each point.
+    """The range from which each symbol is sampled.
 
-    The kinds are "angle" (whole circle), "length" and "positive" (positive numbers), "signed" (positive or negative),
-    and "travel". The last is the value of a prismatic joint in metres, positive or negative, within the reach of any
-    arm.
-
-    An irrational number (a root) is given as a double; other doubles stand for the decimals that they print as.
-    `unlisted_names` belong to other parts of the problem. Messages that list the symbols leave them out.
+    The role of a symbol is a kind of random value, a fixed number, or an array with one number for each point. The
+    kinds are "angle" (whole circle), "length" and "positive" (positive numbers), "signed" (positive or negative), and
+    "travel" (the value of a prismatic joint in metres, positive or negative, within the reach of any arm). An
+    irrational number (a root) is given as a double. Any other double stands for the decimal as which it is printed. The
+    names in `unlisted_names` belong to other parts of the problem and are left out of messages that list the symbols.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
@@ -105,14 +105,14 @@ def _sample_role(role: str, point_count: int, stream: Stream) -> np.ndarray:
 
 
 def choose_default_role(name: str) -> str:
-    """Return the default role of a name: theta* is an angle, a*, d* and L* are lengths, all others are signed."""
+    """Return the default role of a name: "angle" for theta1, "length" for a1, d1 and L1, and "signed" for others."""
     if name.startswith("theta"):
         return "angle"
     return "length" if name[0] in "adLl" and name[1:].isdigit() else "signed"
 
 
 MAX_DIGITS = 15
-"""The number of significant digits that a float always has."""
+"""The number of significant digits that every float stores correctly."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ class Rounding:
     errors_of_entries: tuple[float, ...] = field(default=(), repr=False)
 
     def count_digits(self, value: float) -> int:
-        """Return how many significant digits state a value within this error.
+        """Return the number of significant digits to which a value must be given to be within this error.
 
         >>> Rounding(5e-4).count_digits(9.5), Rounding(absolute=0.01).count_digits(123.456)
         (4, 5)
@@ -145,11 +145,11 @@ class Rounding:
 
 @dataclass(frozen=True)
 class EntryDifference:
-    """A point where an entry (counted from 0) differs: the symbols' values in rad and m, and both values there.
+    """A point at which an entry (counted from 0) is wrong: the symbols' values in rad and m, and the entry's values.
 
     `yours` is the answer's value. A value is a text if it is not a finite real number, or if a float has too few digits
     to show the difference. `expected` is None if students may not see it. If only the direction of a vector counts, the
-    vector of the expected values is scaled so that its entry `pivot` equals that of the answer.
+    expected vector is scaled so that its entry `pivot` equals that of the answer.
     """
 
     entry: int
@@ -161,7 +161,7 @@ class EntryDifference:
 
 @dataclass(frozen=True)
 class SetDifference:
-    """Configurations (rad and m) where two sets differ: `missing` is singular but not claimed, `surplus` vice versa."""
+    """Configurations (rad and m): `missing` is only in the reference set, and `surplus` only in the student's set."""
 
     missing: Mapping[str, float] | None
     surplus: Mapping[str, float] | None
@@ -234,7 +234,7 @@ def compare_entries(
 
 
 def compute_chance_of_missing(point_count: int, share: float = WRONG_SHARE) -> float:
-    """Return the chance that an answer that is wrong at this `share` of all points is correct at the sampled points."""
+    """Return the chance that an answer that is wrong at a `share` of all points is correct at all sampled points."""
     return float((1.0 - share) ** point_count)
 
 
@@ -253,7 +253,7 @@ def choose_decimal_tolerance(node: Node) -> float:
 
 
 def _find_allowed_errors(node: Node, rounding: Rounding | None, double_names: AbstractSet[str]) -> tuple[float, float]:
-    """Return the relative error (to the size of the reference's terms) and the absolute error allowed for an entry."""
+    """Return the error allowed for an entry, relative to the size of the reference's terms, and the absolute error."""
     has_doubles = bool(double_names and find_names(node) & double_names)
     relative_error = DOUBLE_TOLERANCE if has_doubles else choose_decimal_tolerance(node)
     return (relative_error, 0.0) if rounding is None else (max(relative_error, rounding.relative), rounding.absolute)
@@ -263,10 +263,10 @@ _MAX_VALUES = 10_000_000
 """Maximum number of double-precision values in a comparison: a program of more than 5,000 steps has fewer points."""
 
 _MAX_PRECISE_STEPS = 100_000
-"""Maximum number of steps with many digits in a comparison (some seconds), so that grading never stalls."""
+"""Maximum number of steps that a comparison evaluates with many digits; more would take longer than some seconds."""
 
 _CLEAR_DIFFERENCE = 1e-9
-"""Smallest difference that double precision may establish, relative to the size of the terms; far above rounding."""
+"""Minimum relative difference that is certain in double precision; it is far larger than rounding errors."""
 
 _MAX_REGION_POINTS, _MAX_WORST_POINTS = 16, 3
 """Maximum number of points at which an entry is evaluated with many digits: one for each region, and others.
@@ -332,13 +332,13 @@ class _NumericComparison:
             return np.asarray(self.difference[entry] + self.rounding_error[entry] <= self.allowed_error[entry])
 
     def _choose_points(self, entry: int) -> list[int]:
-        """Return the points that need many digits: one of each region, and the points with the worst differences.
+        """Return the points to evaluate with many digits: one of each region, and those with the largest differences.
 
         Points at which double precision shows that the error is allowed need no more digits.
         """
         undecided_points = np.flatnonzero(~self._is_clearly_allowed(entry))
         is_defined = np.isfinite(self.student_values[entry]) & np.isfinite(self.reference_values[entry])
-        # Values with two decimals may coincide (a1 = a2) and hit a removable singularity; other values don't.
+        # Values with two decimals may be equal (a1 = a2), so that 0/0 occurs; other values are never equal.
         undecided_points = undecided_points[is_defined[undecided_points] | (undecided_points >= READABLE_POINTS)]
         if not len(undecided_points):
             return []
@@ -393,7 +393,7 @@ class _NumericComparison:
     def find_counterexample(self, entry: int) -> EntryDifference:
         """Return a point where an entry differs, preferably one with two decimals, and both values there.
 
-        Points at which both values are tiny are avoided, because they convince nobody.
+        Points at which both values are tiny are avoided, because they would not convince a student.
         """
         is_defined = np.isfinite(self.reference_values[entry])
         is_wrong = self._is_clearly_different(entry) | ~np.isfinite(self.student_values[entry])
@@ -440,7 +440,7 @@ def format_difference(student_value: Any, expected_value: Any) -> tuple[float | 
     if yours != expected:
         return yours, expected
     precise_values = [mpmath.mpmathify(value) for value in (student_value, expected_value)]
-    if not isinstance(yours, str):  # real, except for a residue of complex arithmetic
+    if not isinstance(yours, str):  # the imaginary part is only a rounding error
         precise_values = [value.real for value in precise_values]
     for digits in range(8, 50, 2):
         your_text, expected_text = (mpmath.nstr(value, digits) for value in precise_values)

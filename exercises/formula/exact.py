@@ -1,14 +1,15 @@
 """Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
 
-Let w = exp(i theta / 8) for every angle theta. Take sines and cosines of angles, of sums, halves, quarters and eighths
-of angles, and of these plus multiples of a quarter of a degree. They are quotients of polynomials in the w, with
-coefficients in the field of the 1440th roots of unity. So are sums, products, quotients and integer powers of them and
-of symbols. Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the zero polynomial.
+Let w = exp(i theta / 8) for every angle theta. The sine or cosine of an angle, of half, a quarter or an eighth of an
+angle, or of a sum of these and of multiples of a quarter of a degree, is a quotient of polynomials in the w, with
+coefficients in the field of the 1440th roots of unity. The same is true of sums, products, quotients and integer powers
+of such sines, cosines and symbols. Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the
+zero polynomial.
 
-Modulo a prime p = 1 (mod 1440) the integers contain 1440th roots of unity, so that the functions can be evaluated
-without rounding. A prime and a root are chosen by the system's random generator for several answers at a time; a point
-is chosen after the answer is known. If the two values differ, the functions differ for certain. If N is not zero, the
-values can still agree in two cases:
+Modulo a prime p = 1 (mod 1440), the integers contain 1440th roots of unity, so the functions can be evaluated without
+rounding. The system's random generator chooses a prime and a root for several answers at a time. The point is chosen
+after the answer is known. If the two values differ, the functions differ for certain. If N is not zero, the values can
+still agree in two cases:
 
   - The prime ideal of p that belongs to the root divides a nonzero coefficient of N. The coefficient is an algebraic
     integer of norm at most 2^(384 height), where height is the binary logarithm of the sum of the sizes of all
@@ -16,8 +17,8 @@ values can still agree in two cases:
   - The point is a zero of N modulo p. At most the fraction degree / (p - 1) of all points are zeros (Schwartz, Zippel).
 
 The sum of the two bounds the chance of accepting a wrong answer; points are added until it is below 1e-15. Degree and
-height are computed from both texts as typed, without expanding anything. A bare angle and pi are algebraically
-independent of the w, so that they are treated like any other symbol.
+height are computed from both texts as typed, without expanding anything. An angle outside of a sine or cosine, and pi,
+are algebraically independent of the w and are treated like symbols.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -50,7 +51,7 @@ class Size(NamedTuple):
 
 
 def _add_sizes(x: Size, y: Size, count: int) -> Size:
-    """Return the size of nx/dx + count ny/dy = (nx dy + count ny dx) / (dx dy)."""
+    """Return the size of the sum nx/dx + count ny/dy = (nx dy + count ny dx) / (dx dy)."""
     if not count:
         return x
     degree = max(x.degree + y.denominator_degree, x.denominator_degree + y.degree)
@@ -64,10 +65,6 @@ def _log2_of_sum(x: float, y: float) -> float:
     high, low = max(x, y), min(x, y)
     # log2(2^high + 2^low) = high + log2(1 + 2^(low - high)), and log2(1 + t) is at most 1 and at most 2t if t <= 1
     return high if low == -inf else high + (1.0 if high - low < 1 else 2.0 ** max(low - high + 1, -60.0))
-
-
-def _multiply_sizes(x: Size, y: Size) -> Size:
-    return Size(*map(add, x, y))
 
 
 def _invert_size(x: Size) -> Size:
@@ -102,18 +99,21 @@ class ModularProgram:
     outputs: tuple[int, ...]
 
     def find_size(self, output_index: int) -> Size | None:
-        """Return the size of a result, or None if its text doesn't show that it is a rational function."""
+        """Return the size of a result; None if the result can't be recognised as a rational function."""
         sized_step = self.steps[self.outputs[output_index]]
         return None if sized_step is None else sized_step.size
 
 
 _UNIT_SIZE = Size(0.0, 0.0)
 _MAX_SIZE = 1e15
-"""Maximum degree and height; functions beyond them are not evaluated."""
+"""Maximum degree and height of a function that is evaluated."""
 
 
 def make_modular_program(program: Program, fixed_values: Mapping[str, Fraction | None]) -> ModularProgram:
-    """Return a program for evaluation modulo a prime; `fixed_values` maps names to numbers (None: irrational)."""
+    """Return a program for evaluation modulo a prime.
+
+    `fixed_values` maps names to rational numbers, or to None (irrational).
+    """
     steps = [_replace_fixed_name(step, fixed_values) for step in program.steps]
     angles = find_angles(steps)
     sized_steps: list[SizedStep | None] = []
@@ -144,7 +144,8 @@ def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
     if op == "neg":
         return sizes[0]
     if op in ("*", "/"):
-        return _multiply_sizes(sizes[0], sizes[1] if op == "*" else _invert_size(sizes[1]))
+        factor_size = sizes[1] if op == "*" else _invert_size(sizes[1])
+        return Size(*map(add, sizes[0], factor_size))
     if op == "integer power":
         base_size = sizes[0] if constant >= 0 else _invert_size(sizes[0])
         return Size(*(abs(constant) * bound for bound in base_size)) if constant else _UNIT_SIZE
@@ -152,7 +153,7 @@ def _compute_size(op: str, constant: Any, sizes: Sequence[Size]) -> Size | None:
 
 
 def _replace_fixed_name(step: Step, fixed_values: Mapping[str, Fraction | None]) -> Step:
-    """Return a number instead of a name that stands for a number."""
+    """Return a step with a number if the step has a name that stands for this number."""
     op, _, name = step
     if op != "name" or name not in fixed_values:
         return step
@@ -174,7 +175,7 @@ def _make_trigonometric_step(op: str, angle: Angle | None) -> SizedStep | None:
     if phase is None:
         return None
     exponent_sum = sum(abs(power) for _, power in phase.powers)
-    if exponent_sum > _MAX_SIZE:  # it may be too large for a double
+    if exponent_sum > _MAX_SIZE:  # a larger sum might not fit into a double
         return None
     degree = float(exponent_sum)
     exponential, sine = Size(degree, 0.0, degree, 0.0), Size(2 * degree, 1.0, degree, 1.0)
@@ -187,9 +188,9 @@ _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0),
 
 
 def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
-    """Return the step for the square root of a number whose squarefree part has the prime factors 2, 3 and 5 only.
+    """Return the step for the square root of a number whose squarefree part has only the prime factors 2, 3 and 5.
 
-    Return None for any other number, and for anything but a number.
+    Return None for anything else.
     """
     if angle is None or set(angle.coefficients) - {""} or angle.is_imaginary:
         return None
@@ -208,9 +209,10 @@ def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
 
 
 class _Point:
-    """Random values modulo the prime: one for each name, and one for the w of each angle, chosen at its first use.
+    """A random point: values modulo the prime for each name, and for the w of each angle.
 
-    If `is_shared`, a value depends on the name alone, so that all programs use the same point.
+    They are chosen when first used. If `is_shared`, a value depends only on its name, so all programs are evaluated at
+    the same point.
     """
 
     def __init__(self, field: Field, stream: Stream, is_shared: bool = False) -> None:
@@ -220,12 +222,12 @@ class _Point:
     def get_value(self, name: str) -> int:
         if name not in self.values:
             stream = self.stream.substream(name) if self.is_shared else self.stream
-            self.values[name] = 1 + field.choose_below(stream, self.field.prime - 1)
+            self.values[name] = 1 + field.choose_integer_below(stream, self.field.prime - 1)
         return self.values[name]
 
     def evaluate_phase(self, phase: Phase) -> int:
         """Return exp(i angle) modulo the prime."""
-        value = self.field.power(phase.root_exponent)
+        value = self.field.raise_root(phase.root_exponent)
         for name, power in phase.powers:
             value = value * pow(self.get_value(f"phase/{name}"), power, self.field.prime) % self.field.prime
         return value
@@ -237,7 +239,7 @@ def _reduce_modulo(number: Fraction, prime: int) -> int:
 
 
 def evaluate_modular(program: ModularProgram, point: _Point) -> list[int | None]:
-    """Return the results modulo the prime; None for results that are undefined there or not rational functions."""
+    """Return the results modulo the prime; None for a result that is undefined or not a rational function."""
     values: list[int | None] = []
     for sized_step in program.steps:
         value = None
@@ -262,7 +264,7 @@ def _evaluate_step(op: str, args: list[Any], constant: Any, point: _Point) -> in
     if op == "neg":
         return -args[0]
     if op == "name":
-        return point.field.power(ROOT_ORDER // 4) if constant == "I" else point.get_value(f"name/{constant}")
+        return point.field.raise_root(ROOT_ORDER // 4) if constant == "I" else point.get_value(f"name/{constant}")
     if op == "number":
         return _reduce_modulo(constant, prime)
     if op == "/":
@@ -270,17 +272,17 @@ def _evaluate_step(op: str, args: list[Any], constant: Any, point: _Point) -> in
     if op == "integer power":
         return pow(args[0], constant, prime)
     factor, root_primes, exponent = constant  # a square root
-    value = _reduce_modulo(factor, prime) * point.field.power(exponent)
+    value = _reduce_modulo(factor, prime) * point.field.raise_root(exponent)
     for root_prime in root_primes:
-        value = value * sum(count * point.field.power(power) for count, power in _SQUARE_ROOTS[root_prime]) % prime
+        value = value * sum(count * point.field.raise_root(power) for count, power in _SQUARE_ROOTS[root_prime]) % prime
     return value
 
 
 def _evaluate_trigonometric_function(op: str, phase: int, field: Field) -> int:
-    """Return a function of an angle from `phase`, exp(i angle)."""
+    """Return the value of a function of an angle, given `phase` = exp(i angle)."""
     if op == "exp":
         return phase
-    prime, i = field.prime, field.power(ROOT_ORDER // 4)
+    prime, i = field.prime, field.raise_root(ROOT_ORDER // 4)
     inverse_phase = pow(phase, -1, prime)
     sine, cosine = (inverse_phase - phase) * i, phase + inverse_phase  # each times 2
     numerator, denominator = {
@@ -295,14 +297,15 @@ def _evaluate_trigonometric_function(op: str, phase: int, field: Field) -> int:
 MAX_ERROR_CHANCE = 1e-15
 """Maximum chance of accepting a wrong answer; points are added until the bound is below this."""
 MAX_POINTS = 6
-"""Maximum number of points; after these, a result is undefined everywhere, or the comparison stays undecided."""
+"""Maximum number of points. If the values are undefined at all of them, the results differ; otherwise they stay
+undecided."""
 
 
 class ExactComparison:
     """The comparison of one result of two programs, at the points tried so far.
 
-    `bound` is the bound on the chance that an answer that is accepted now is wrong. The sizes are None for a result
-    that is not a rational function; such results are not compared.
+    `bound` limits the chance that an answer is wrong if it is accepted now. The sizes are None for a result that is not
+    a rational function; such results are not compared.
     """
 
     def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
@@ -356,25 +359,26 @@ def compare(
     student: Program, reference: Program, fixed_values: Mapping[str, Fraction | None], seed: str,
     choose_test_field: Callable[[Stream], Field] | None = None,
 ) -> list[ExactComparison]:  # fmt: skip
-    """Compare two programs result by result; `fixed_values` maps the names that stand for numbers to their values.
+    """Compare two programs result by result.
 
-    A result that is undefined at every point differs from the reference. `seed` determines the points and all fields
-    after the first, so that each further field is independent of the first. Tests choose all fields themselves.
+    `fixed_values` maps the names that stand for numbers to these numbers. A result that is undefined at every point
+    differs from the reference. `seed` determines the points and all fields except the first, which other comparisons
+    share. Tests choose all fields themselves.
     """
-    student_modular = make_modular_program(student, fixed_values)
-    reference_modular = student_modular if student == reference else make_modular_program(reference, fixed_values)
+    modular_student = make_modular_program(student, fixed_values)
+    modular_reference = modular_student if student == reference else make_modular_program(reference, fixed_values)
     stream = Stream(f"{seed}/exact")
-    indices = range(len(reference_modular.outputs))
-    comparisons = [ExactComparison(student_modular.find_size(k), reference_modular.find_size(k)) for k in indices]
+    indices = range(len(modular_reference.outputs))
+    comparisons = [ExactComparison(modular_student.find_size(k), modular_reference.find_size(k)) for k in indices]
     for trial in range(MAX_POINTS):
         if not any(comparison.needs_points for comparison in comparisons):
             break
         is_shared = trial == 0 and choose_test_field is None
         chosen_field = _SHARED_FIELD.get() if is_shared else (choose_test_field or choose_field)(stream)
         point = _Point(chosen_field, stream)
-        student_values = evaluate_modular(student_modular, point)
-        is_same_program = reference_modular is student_modular
-        reference_values = student_values if is_same_program else evaluate_modular(reference_modular, point)
+        student_values = evaluate_modular(modular_student, point)
+        is_same_program = modular_reference is modular_student
+        reference_values = student_values if is_same_program else evaluate_modular(modular_reference, point)
         for comparison, value, expected in zip(comparisons, student_values, reference_values, strict=True):
             if comparison.needs_points:
                 comparison.add_point(value, expected, chosen_field)
@@ -384,7 +388,8 @@ def compare(
 # --- fingerprints of functions ---
 
 FINGERPRINT_POINTS = 2
-"""Number of points for a fingerprint: two different functions agree at both with a chance of about 1 in 10^40."""
+"""Number of points for a fingerprint. Two different functions agree at both points with a chance of about 1 in
+10^40."""
 
 
 def fingerprint_results(program: Program, seed: str) -> list[tuple[int | None, ...] | None]:

@@ -1,4 +1,4 @@
-"""Choose random prime fields that contain a root of unity; formulas are evaluated exactly in them."""
+"""Choose random prime fields that contain a root of unity, to evaluate formulas without rounding."""
 
 import secrets
 from dataclasses import dataclass
@@ -8,7 +8,8 @@ from sympy.ntheory.primetest import mr
 from qdot.exercises.common.stream import Stream
 
 ROOT_ORDER = 1440
-"""Order of the root of unity, a rotation by a quarter of a degree; sums of its powers are roots of 2, 3, 5 and -1."""
+"""Order of the root of unity, which stands for a rotation by a quarter of a degree. Sums of its powers are the square
+roots of 2, 3, 5 and -1."""
 PRIME_BITS = 80
 """Primes are chosen between 2^80 and 2^81."""
 PRIME_COUNT = 4.5e19
@@ -36,7 +37,7 @@ class Field:
     bits: int = PRIME_BITS
     prime_count: float = PRIME_COUNT
 
-    def power(self, exponent: int) -> int:
+    def raise_root(self, exponent: int) -> int:
         """Return the power of the root of unity, modulo the prime."""
         return pow(self.root, exponent % ROOT_ORDER, self.prime)
 
@@ -54,19 +55,19 @@ def choose_field(stream: Stream) -> Field:
     """Return a field with a random prime and root; all primes and all roots are equally likely."""
     low = (1 << PRIME_BITS) // ROOT_ORDER
     while True:
-        prime = ROOT_ORDER * (low + 1 + choose_below(stream, low - 1)) + 1
+        prime = ROOT_ORDER * (low + 1 + choose_integer_below(stream, low - 1)) + 1
         if all(prime % q for q in _SMALL_PRIMES) and is_prime(prime):
             return Field(prime, _choose_root(prime, stream))
 
 
 USES_PER_FIELD = 64
-"""The number of comparisons that share a field, because finding a prime takes longer than most comparisons."""
+"""Number of comparisons that share a field, because finding a prime takes longer than most comparisons."""
 
 
 class SharedField:
     """A field chosen by the system's random generator, and replaced after USES_PER_FIELD comparisons.
 
-    The bound that comes with a verdict allows for the chance that the verdict is wrong because of this choice.
+    The bound on the chance of a wrong verdict includes the chance that this choice is unlucky.
     """
 
     def __init__(self) -> None:
@@ -83,11 +84,11 @@ class SharedField:
 def _choose_root(prime: int, stream: Stream) -> int:
     """Return a random root of unity of order ROOT_ORDER."""
     while True:
-        root = pow(1 + choose_below(stream, prime - 1), (prime - 1) // ROOT_ORDER, prime)
+        root = pow(1 + choose_integer_below(stream, prime - 1), (prime - 1) // ROOT_ORDER, prime)
         if all(pow(root, ROOT_ORDER // q, prime) != 1 for q in (2, 3, 5)):
             return root
 
 
-def choose_below(stream: Stream, limit: int) -> int:
-    """Return a random integer from 0 to limit - 1; probabilities differ by a factor of less than 1 + 2^-40."""
+def choose_integer_below(stream: Stream, limit: int) -> int:
+    """Return a random integer from 0 to limit - 1; the numbers are almost equally likely (by a factor of 1 + 2^-40)."""
     return ((stream.integer_below(1 << 63) << 63) | stream.integer_below(1 << 63)) % limit

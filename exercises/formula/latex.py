@@ -1,7 +1,7 @@
-"""Parse LaTeX as a layout: what qdot itself writes, and what robotics texts of instructors contain.
+"""Parse LaTeX from qdot or from an instructor as a layout (`layout`). symbols.json lists the supported commands.
 
-The commands are in symbols.json. Any other LaTeX is an error that names the command, so that no formula reaches a
-printer that can't express it. LaTeX typed by students is an answer; it is parsed for its meaning (`notation`).
+Any other command is an error, so that every parsed formula can be printed in all notations. LaTeX in students' answers
+is parsed by `notation`, for its meaning.
 """
 
 import re
@@ -53,7 +53,7 @@ _PROBLEMS = {
     "&": "the sign & stands outside a matrix",
     "\\\\": "a line break stands outside a matrix",
 }
-"""What is wrong if a token is in a wrong place; the token "" is the end of the formula."""
+"""Describes the error if a token is in a wrong place. The token "" is the end of the formula."""
 
 
 class UnknownLatex(ValueError):
@@ -83,7 +83,7 @@ def parse_latex(latex: str) -> Layout:
 
 
 class _Reader:
-    """Parses tokens. They are stored in reverse order, so that the next token can be popped from the end."""
+    """Parses tokens. `tokens` has them in reverse order, so that the next token can be popped from the end."""
 
     def __init__(self, tokens: list[str], latex: str) -> None:
         self.tokens, self.latex = tokens[::-1], latex
@@ -108,7 +108,7 @@ class _Reader:
         return Layout("row", "", tuple(pieces))
 
     def read_script(self, base: Layout) -> Layout:
-        """Return a base with the subscript, superscript and primes that follow."""
+        """Return a base with the subscript, the superscript and the primes that follow it."""
         subscript, superscript, primes = EMPTY, EMPTY, 0
         while self.tokens and self.tokens[-1] in _SCRIPT_MARKS:
             mark = self.take()
@@ -128,9 +128,7 @@ class _Reader:
         return Layout("script", "", (base, subscript, superscript))
 
     def read_argument(self) -> Layout:
-        """Return the next argument: a group in braces as a row, a command, or a single character.
-
-        Of a number, the argument is only the first digit, as in LaTeX.
+        """Return the next argument: a group in braces, a command, or one character (of a number, only the first digit).
         """
         symbol = self.tokens[-1] if self.tokens else ""
         if symbol.isdigit() and len(symbol) > 1:

@@ -1,7 +1,7 @@
-r"""The layout of a formula: a tree from which every notation is printed. `row`, `fraction` etc. make it.
+r"""Define the layout of a formula: a tree of pieces, from which the formula is printed in every notation.
 
-A layout is made from SymPy expressions (`writing/latex`), from typed answers (`writing/typeset`) and from the LaTeX of
-qdot's templates (`formula/latex`). It describes positions, not meanings: s_{12} is a letter with an index here.
+A layout is made from a SymPy expression (`writing/latex`), a typed answer (`writing/typeset`) or LaTeX
+(`formula/latex`). It describes positions, not meanings: s_{12} is a letter with a subscript.
 """
 
 import json
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeVar
 Printed = TypeVar("Printed")
 
 SYMBOLS: dict[str, Any] = json.loads(Path(__file__).with_name("symbols.json").read_text(encoding="utf-8"))
-"""The letters, signs and words of formulas: by their LaTeX command, and in words for screen readers."""
+"""The letters, signs and words of formulas, with their LaTeX commands and their words for screen readers."""
 
 SPACES: dict[str, float] = SYMBOLS["spaces"]
 """The width of each LaTeX space, in em."""
@@ -32,18 +32,16 @@ ACCENTS = {command: Accent(*texts) for command, texts in SYMBOLS["accents"].item
 
 
 class Layout(NamedTuple):
-    r"""A piece of a formula: it has a `kind`, a `text`, and `inner` pieces. The kinds:
+    r"""A piece of a formula, with a `kind`, a `text` and `inner` pieces. These are the kinds:
 
-    letter, number, sign, function (a function's name), text (upright): `text` is shown.
-    space: `text` is a key of SPACES.
-    row: `inner` pieces side by side; a row inside a row is a group in braces.
-    script: base, subscript and superscript, which are EMPTY if there is none.
-    fraction: numerator and denominator; `text` is frac, tfrac (small) or dfrac (large).
-    root: the radicand. accent: the piece below the accent; `text` is a key of ACCENTS.
-    fenced: the piece between two brackets that grow with it; `text` holds the brackets, "." for a missing bracket.
-    matrix: `text` holds two brackets, "." for a missing one; `inner` holds the rows, each a row of cells, which are
-        rows themselves. With a left brace alone, it distinguishes cases.
-    aligned: equations below each other, in rows of cells like a matrix; `text` is "apart" if there is extra space.
+    letter, number, sign, function (a function's name), text (upright): `text` is shown. space: `text` is a key of
+    SPACES. row: `inner` pieces side by side; a row inside a row is a group in braces. script: base, subscript and
+    superscript, which are EMPTY if there is none. fraction: numerator and denominator; `text` is frac, tfrac (small) or
+    dfrac (large). root: the radicand. accent: the piece below the accent; `text` is a key of ACCENTS. fenced: a piece
+    between two brackets of the same height; `text` holds the brackets, "." for a missing bracket. matrix: `text` holds
+    two brackets, "." for a missing one; `inner` holds the rows, each a row of cells, which are rows themselves. With a
+    left brace alone, it distinguishes cases. aligned: equations below each other, in rows of cells like a matrix;
+    `text` is "apart" if there is extra space.
     """
 
     kind: str
@@ -75,7 +73,7 @@ def fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_smal
 
 
 def fence(brackets: str, content: Sequence[Layout]) -> Layout:
-    """Return pieces between brackets that grow with them."""
+    """Return pieces between brackets of the same height."""
     return Layout("fenced", brackets, (row(*content),))
 
 
@@ -102,7 +100,7 @@ def raise_pieces_to(pieces: Pieces, exponent: Layout) -> Pieces:
 
 
 def row_pieces(piece: Layout) -> Pieces:
-    """Return the pieces of a row; of any other piece, return the piece itself as the only one."""
+    """Return the pieces of a row, or a tuple with any other piece."""
     return piece.inner if piece.kind == "row" else (piece,)
 
 
@@ -113,7 +111,7 @@ def join_pieces(separator: Sequence[Layout], sequences: Iterable[Sequence[Layout
 
 
 def bracket(content: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
-    """Return pieces in brackets, which grow if they contain a piece whose kind or text is in `tall_kinds`."""
+    """Return pieces in brackets. The brackets are high if a piece inside has a kind or a text in `tall_kinds`."""
     if _contains_kind(content, tall_kinds):
         return (fence("()", content),)
     return (Layout("sign", "("), *content, Layout("sign", ")"))
@@ -126,8 +124,8 @@ def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool
 def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) -> Printed:
     """Return a printed formula.
 
-    `printers` has a function for each kind of piece. It is called with the piece and its printed inner pieces; for a
-    matrix and for aligned equations, with a list of printed cells for each row.
+    `printers` has a function for each kind of piece. Its arguments are the piece and its printed inner pieces. For a
+    matrix or aligned equations, they are the piece and a list of printed cells for each row.
     """
     if piece.kind in ("matrix", "aligned"):
         rows = ([print_layout(cell, printers) for cell in cells.inner] for cells in piece.inner)
@@ -141,7 +139,8 @@ def get_script_base(piece: Layout) -> Layout:
 
 
 def can_end_term(piece: Layout | None) -> bool:
-    """Return whether a piece can end a term. A plus or minus after any other piece is the sign of the next number."""
+    """Return whether a piece can end a term. After such a piece, a plus or minus is an operator, not a number's sign.
+    """
     return piece is not None and piece not in _PIECES_BEFORE_NUMBER_SIGN
 
 

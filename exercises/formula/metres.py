@@ -10,9 +10,9 @@ _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
 
 
 def remove_metres(tree: Node) -> Node:
-    """Return a tree without the unit m after a number or a list, and at the end of a product.
+    """Return a tree without the unit m, which comes after a number or a list, or at the end of a product.
 
-    If m multiplies pi or an angle, it is a whole number, and stays.
+    An m that multiplies pi or an angle stands for a whole number and is not removed.
 
     >>> from qdot.exercises.formula.parser import parse_formula
     >>> from qdot.exercises.formula.trees import format_tree
@@ -23,7 +23,7 @@ def remove_metres(tree: Node) -> Node:
     results: list[Node] = []
     stack = [(tree, False, False, True)]
     while stack:  # no recursion: a long sum is a deep tree
-        # The last two say whether the node is in a product with an angle, and whether the node ends a product.
+        # `has_angle` says whether the node is in a product with an angle, `ends_product` whether it ends a product.
         current_node, has_results_of_args, has_angle, ends_product = stack.pop()
         if has_results_of_args or not current_node.args:
             args = results[len(results) - len(current_node.args) :]
@@ -47,10 +47,10 @@ def _is_metre(node: Node) -> bool:
 
 
 def _is_unit_of(factors: Node, ends_product: bool) -> bool:
-    """Return whether an m after a product of factors is their unit.
+    """Return whether an m after a product of factors is a unit.
 
-    It is their unit if the last factor is a number, a fraction or a list. If the m ends the product
-    (`ends_product`), it is their unit unless the last factor stands for a whole number.
+    The m is a unit if the last factor is a number, a fraction or a list. If the m ends the product (`ends_product`), it
+    is a unit unless the last factor is a name of a whole number.
     """
     last_factor = factors.args[1] if factors.kind == "*" else factors
     if ends_product:

@@ -22,7 +22,7 @@ MAX_NAME_LENGTH = LIMITS["name"]
 _CONSTANT_NAMES: dict[str, str] = VOCABULARY["constants"]
 _LETTER_TABLE = str.maketrans(VOCABULARY["letters"])
 _JOINT_SYMBOLS: dict[str, list[str]] = VOCABULARY["joints"]
-"""What q, th, t etc. may mean: the first candidate that, with its index, is a symbol of the problem."""
+"""Maps q, th, t etc. to the letters that they may stand for. The first that gives a symbol of the problem is used."""
 _JOINT_PATTERN = re.compile(f"({'|'.join(_JOINT_SYMBOLS)})([0-9]{{1,4}})")
 _ANGLE_SUM_LETTERS: list[str] = VOCABULARY["sums_of_angles"]
 _SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["shorthand_without_space"]
@@ -30,10 +30,10 @@ _SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["shorthand_without_space"
 
 @dataclass(frozen=True)
 class NamePart:
-    """A part of a typed name, such as a1 and c12 in a1c12.
+    """A part of a typed name, such as a1 or c12 in a1c12.
 
-    If its `kind` is "name" or "function", `names` has one name. If it is "sin", "cos" or "sum", `names` are the angles
-    whose sum it contains.
+    If the `kind` is "name" or "function", `names` has one name. If the `kind` is "sum", "sin" or "cos", the part is the
+    sum of the angles `names`, or the sine or cosine of this sum.
     """
 
     kind: str
@@ -89,7 +89,7 @@ def split_dotted_product(typed_name: str, known_symbols: frozenset[str]) -> list
 
 
 def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | None:
-    """Return what a name usually means in robotics, such as c12; None if it has no such meaning."""
+    """Return the usual meaning of a name such as c12 in robotics; None if it has none."""
     if (shorthand := PATTERNS["shorthand_name"].fullmatch(name)) is not None:
         function, letter, digits = shorthand.groups()
         if angles := _list_angles(digits, known_symbols, letter or "theta"):
@@ -121,7 +121,7 @@ def _find_usual_meaning(name: str, known_symbols: frozenset[str]) -> NamePart | 
 
 
 def _list_angles(digits: str, known_symbols: frozenset[str], letter: str = "theta") -> tuple[str, ...]:
-    """Return the angles in c12 or theta12; () if one of them is unknown, although other symbols are known."""
+    """Return the angles in c12 or theta12; () if symbols are known, and an angle is not among them."""
     angles = tuple(f"{letter}{digit}" for digit in digits)
     return angles if not known_symbols or all(angle in known_symbols for angle in angles) else ()
 

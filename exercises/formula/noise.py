@@ -1,4 +1,4 @@
-"""Remove the residue of zeros that were computed with floating-point numbers, as in cos(pi/2) = 6.123e-17."""
+"""Replace tiny numbers by zero if floating-point arithmetic gave them instead of zero, as in cos(pi/2) = 6.123e-17."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from math import isnan, nan, prod
 from qdot.exercises.formula.trees import ZERO, Node, fold
 
 MAX_NOISE = 1e-12
-"""A term with a smaller coefficient is a rounding error, even if it has many digits, or if other terms are small."""
+"""A term with a smaller coefficient counts as a rounding error, even if other terms are small."""
 
 BOUNDED_FUNCTIONS = ("sin", "cos")
 """Functions whose values are of the order of 1 for every argument."""
@@ -15,7 +15,8 @@ BOUNDED_FUNCTIONS = ("sin", "cos")
 
 @dataclass(frozen=True)
 class _Term:
-    """A tree, the size of its numeric coefficient (nan if unknown), and the value of the tree if it is a number."""
+    """A tree, the absolute value of its numeric coefficient (nan if unknown), and the tree's value if it is a number.
+    """
 
     tree: Node
     coefficient_size: float
@@ -27,9 +28,9 @@ class _Term:
 
 
 def remove_noise(tree: Node) -> Node:
-    """Return a tree in which terms whose coefficient is only a rounding error are replaced by zero.
+    """Return a tree in which terms are replaced by zero if their coefficient is only a rounding error.
 
-    The tree itself is returned if it has no such terms.
+    If there are no such terms, the tree itself is returned.
 
     >>> from fractions import Fraction
     >>> x, tiny = Node("name", value="x"), Node("number", value=Fraction(612323399573677, 10**31))
@@ -40,7 +41,10 @@ def remove_noise(tree: Node) -> Node:
 
 
 def _combine_terms(node: Node, args: Sequence[_Term]) -> _Term:
-    """Return the term of a node, given the terms of its arguments; remove noise from them unless they are factors."""
+    """Return the term of a node, given the terms of its arguments.
+
+    Noise is removed from arguments that are not factors.
+    """
     if node.kind in ("number", "decimal"):
         value = _compute_or_nan(lambda: float(node.value))
         return _Term(node, abs(value), value)

@@ -18,13 +18,14 @@ _LONG_TEXT_LENGTH, _MIN_COUNTED_TERMS = LIMITS["long_text"], LIMITS["counted_ter
 _LOOK_ALIKES = str.maketrans(
     VOCABULARY["look_alikes"] | {chr(ord(zero) + k): str(k) for zero in VOCABULARY["zeros"] for k in range(10)}
 )
-"""ASCII characters for digits of all scripts, wide East Asian signs, typesetters' spaces and invisible marks."""
+"""The ASCII characters that replace digits of all scripts, wide East Asian signs, special spaces and invisible
+marks."""
 _SUPERSCRIPT_CHARACTERS: dict[str, str] = VOCABULARY["superscripts"]
 _SUPERSCRIPT_PATTERN = re.compile(f"[{''.join(_SUPERSCRIPT_CHARACTERS)}]+")
 _SIGN_TABLE = str.maketrans(VOCABULARY["signs"])
 
 _UNITS: dict[str, str] = VOCABULARY["units"]
-"""For each unit, the text that converts a number before it to SI units, such as /100 for cm."""
+"""Maps each unit to the text that converts the number before the unit to SI units, such as /100 for cm."""
 
 
 def _pattern_of_units(units: Iterable[str]) -> str:
@@ -33,7 +34,7 @@ def _pattern_of_units(units: Iterable[str]) -> str:
 
 
 def _normalize_unit(typed_unit: str) -> str:
-    """Return a unit without spaces around its slash, as in the vocabulary."""
+    """Return a unit as it is written in the vocabulary, without spaces around its slash."""
     return typed_unit.replace(" /", "/").replace("/ ", "/")
 
 
@@ -43,9 +44,8 @@ _FINAL_UNIT_PATTERN = re.compile(f"{_BEFORE_UNIT}({_pattern_of_units(_UNITS)})$"
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
 _TYPING_HABITS = [(habit["mark"], habit["pattern"], habit["replacement"]) for habit in VOCABULARY["habits"]]
-"""(mark, pattern, replacement) for other notations, such as words before the result.
-
-Every text that matches the pattern contains the mark, because it is faster to look for the mark first.
+"""(mark, pattern, replacement) for other notations, such as words before the result. Every text that matches the
+pattern contains the mark, which is quicker to find.
 """
 
 
@@ -59,7 +59,7 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
     """
     text = (text if text.isascii() else text.translate(_LOOK_ALIKES)).rstrip(SPACES)
     if len(text) > _LONG_TEXT_LENGTH:
-        text = PATTERNS["symbols_in_a_row"].sub(lambda row: _count_equal_terms(row.group(), known_symbols), text)
+        text = PATTERNS["symbols_in_a_row"].sub(lambda row: _combine_equal_terms(row.group(), known_symbols), text)
     for mark, pattern, replacement in _TYPING_HABITS:
         text = re.sub(pattern, replacement, text) if mark in text else text
     text = convert_units(text, known_symbols)
@@ -81,10 +81,10 @@ def to_plain_text(text: str, known_symbols: AbstractSet[str]) -> str:
 
 
 def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
-    """Return a text in which names replace rates typed as derivatives, and entries of a joint vector, q[0] or q(1).
+    """Replace rates typed as derivatives, and entries of a joint vector such as q[0] and q(1), by their names.
 
     In parentheses, the first joint has the index 1, as in Matlab. In square brackets, it has the index 0, as in Python.
-    It has the index 1, as in Maple, if 0 is unused and the last index would otherwise exceed the problem's joints.
+    But it has the index 1, as in Maple, if 0 is not used and if the largest index would otherwise belong to no joint.
     """
     if "'" in text or ("/" in text and "t" in text):
         text = PATTERNS["rate_as_derivative"].sub(lambda match: f" qd{next(filter(None, match.groups()))} ", text)
@@ -105,7 +105,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
 
 
 _NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_before_unit"], VOCABULARY["patterns"]["after_unit"]
-"""Regular expressions for a number before a unit, and for what may follow the unit (it is not consumed)."""
+"""Regular expressions for a number before a unit, and for what may follow the unit (a lookahead)."""
 _NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){_AFTER_UNIT}")
 
 
@@ -128,7 +128,7 @@ _LENGTH_WITH_COMMA_PATTERN = re.compile(f"{_DECIMAL}({_pattern_of_units(_LENGTHS
 
 
 def use_points_in_lengths(text: str) -> str:
-    """Return a text with decimal points in lengths such as 0,2 m, whose comma can't separate two values.
+    """Return a text with decimal points instead of commas in lengths such as 0,2 m.
 
     >>> use_points_in_lengths("d3 = 0,2 m oder 20,5 cm, theta2 = 0,180°")
     'd3 = 0.2 m oder 20.5 cm, theta2 = 0,180°'
@@ -140,9 +140,9 @@ _VALUE_WITH_UNIT_PATTERN = re.compile(f"(?:(?<=[0-9.]) ?|{_BEFORE_UNIT})(?:({UNI
 
 
 def find_units(text: str) -> list[tuple[str, str, int]]:
-    """Return (name, unit, index) for each value with a unit, which ends at the index.
+    """Return (name, unit, index) for each value with a unit.
 
-    The name is the text before an equals sign or colon, or "".
+    The name is the text before an equals sign or colon, or "". The value ends at the index.
 
     >>> find_units("qd1 = 0.5 rad/s, -sqrt(2) mm/s")
     [('qd1', 'rad/s', 9), ('', 'mm/s', 25)]
@@ -156,11 +156,11 @@ def find_units(text: str) -> list[tuple[str, str, int]]:
 
 
 _MAX_UNITS = 100
-"""Maximum number of units of an answer that are found."""
+"""Maximum number of units that are found in an answer."""
 
 
 def convert_units_of_numbers(text: str) -> str:
-    """Return an answer in numbers without the units that `to_plain_text` leaves, because they could be symbols.
+    """Convert the units in a numeric answer that `to_plain_text` leaves unchanged because they could be symbols.
 
     >>> convert_units_of_numbers("[2 kN, 30 cm]"), convert_units_of_numbers("0.5 m/s²")
     ('[2*1000, 30 cm]', '0.5')
@@ -178,7 +178,7 @@ def convert_units_of_numbers(text: str) -> str:
 
 
 def replace_latex_units(text: str) -> str:
-    r"""Return an answer in numbers with plain units instead of those of LaTeX.
+    r"""Return a numeric answer with plain units instead of units in LaTeX.
 
     >>> replace_latex_units(r"0.5\,\mathrm{m/s}")
     '0.5 m/s'
@@ -186,10 +186,10 @@ def replace_latex_units(text: str) -> str:
     return PATTERNS["latex_unit"].sub(r" \1", text)
 
 
-def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
-    """Return + a1 - a1 + a1 … with counts of equal terms, so that even a very long sum is parsed quickly.
+def _combine_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
+    """Combine equal terms of a sum such as + a1 - a1 + a1 …, so that even a very long sum is parsed quickly.
 
-    The first and the last term are not counted, because they may belong to a product or power beside the sum.
+    The first and the last term stay unchanged, because they may belong to a product or power.
     """
     terms = PATTERNS["signed_symbol"].findall(symbol_sum)
     inner_counts = Counter(terms[1:-1])
@@ -200,14 +200,14 @@ def _count_equal_terms(symbol_sum: str, known_symbols: AbstractSet[str]) -> str:
 
 
 def _remove_final_unit(text: str, known_symbols: AbstractSet[str]) -> str:
-    """Return a text without the unit at its end; the value before the unit is converted to SI units."""
+    """Return a text without the unit at its end, with the value converted to SI units."""
     match = _FINAL_UNIT_PATTERN.search(text)
     if match is None or (unit := _normalize_unit(match.group(1))) in known_symbols:
         return text
     factor, value_text = _UNITS[unit], text[: match.start()]
     is_whole_number = unit in _WHOLE_NUMBER_NAMES and value_text.endswith(_BEFORE_WHOLE_NUMBERS)
     if (factor and value_text[:1] in "[{") or "=" in text or is_whole_number:
-        return text  # a list can't be scaled, and in theta2 = pi*m the m is any whole number
+        return text  # a list can't be scaled, and m stands for any whole number in theta2 = pi*m
     return f"({value_text}){factor}" if factor else value_text
 
 
@@ -222,7 +222,10 @@ _CONTINUATIONS = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
 
 
 class _LatexReader:
-    """Converts the tokens of a LaTeX formula to plain text; unknown tokens stay, so that the grammar reports them."""
+    """Converts the tokens of a LaTeX formula to plain text.
+
+    Unknown tokens stay unchanged, so that the parser reports them.
+    """
 
     def __init__(self, tokens: list[str]) -> None:
         self.tokens, self.position, self.depth = tokens, 0, 0
@@ -281,7 +284,7 @@ class _LatexReader:
         return content
 
     def read_argument(self) -> str:
-        """Return the next group or single token; "" if there is none, or if groups are nested too deeply."""
+        """Return the next group or token as text; "" if there is none, or if groups are nested too deeply."""
         while self.peek() and self.peek()[0] in SPACES:
             self.position += 1
         if self.position >= len(self.tokens) or self.depth > MAX_NESTING:
@@ -302,7 +305,7 @@ class _LatexReader:
             return f"(({self.read_argument()})/({self.read_argument()}))"
         if name in _LATEX["roots"]:
             return self.read_root()
-        if name in _LATEX["rates"]:  # the rate of the joint whose variable follows
+        if name in _LATEX["rates"]:  # the rate of the joint variable that follows
             variable = self.read_argument().strip(" ()")
             velocity = _LATEX["velocities"].get(name, {}).get(variable)
             index = re.search("[0-9]*$", variable)

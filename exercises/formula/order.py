@@ -1,8 +1,8 @@
 r"""Put the terms of a sum and the factors of a product in the order in which a person writes them, with signs.
 
-SymPy's own order is never shown. Joint angles come before constants. Terms such as a_1 + a_2 c_2 + a_3 c_{23} are
-sorted by their last joint. The factor c_1 comes before the bracket that it multiplies, but \cos\varphi_1 after it.
-Rates and velocities come after their coefficients and are sorted by index.
+Joint angles come before constants. Terms such as a_1 + a_2 c_2 + a_3 c_{23} are sorted by their last joint. The factor
+c_1 comes before the bracket that it multiplies, but \cos\varphi_1 after it. Rates and velocities come after their
+coefficients and are sorted by index.
 """
 
 import re
@@ -48,7 +48,7 @@ def _make_trig_key(trig: sp.Expr) -> SortKey:
 
 
 def find_joints(symbol: sp.Symbol) -> list[int]:
-    """Return the number of the joint that a symbol belongs to, or of all joints whose angles are in a named angle."""
+    """Return the number of a symbol's joint, or the numbers of all joints whose angles a named angle contains."""
     match = NAMED_ANGLE_PATTERN.fullmatch(symbol.name)
     return [int(digit) for digit in match.group(1)] if match else [find_number_in_name(symbol)]
 
@@ -101,11 +101,11 @@ def _contains_motion(term: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Product:
-    """A product: whether it is negative, its number, and the factors in the numerator and in the denominator.
+    """A product: whether it is negative, its absolute numeric factor, and the factors in its numerator and denominator.
 
-    The sums in `flipped_sums` are printed with the opposite signs. So no bracket starts with a minus, and a sum has the
-    same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in
-    (-s_1 v_x + c_1 v_y)/a_1.
+    The sums in `flipped_sums` are printed with the opposite signs, so that no bracket starts with a minus, and a sum
+    has the same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x +
+    c_1 v_y)/a_1.
     """
 
     is_negative: bool
@@ -171,9 +171,9 @@ def _split_sign(term: sp.Expr, flip_signs: bool) -> SignedTerm:
 
 
 def _move_plus_first(signed_terms: list[SignedTerm]) -> list[SignedTerm]:
-    """Return the terms with a positive term first if the first term has a minus and may be swapped.
+    """Return the terms with a positive term first, if the first term is negative and the order may be changed.
 
-    Terms may be swapped in a sum of rates. The first two may also be swapped if they have the same angle.
+    The order may be changed in a sum of rates. The first two terms may also be swapped if they have the same angle.
     """
     symbols = {str(symbol) for _, term in signed_terms for symbol in term.free_symbols}
     if signed_terms[0].is_negative and all(map(_RATE_PATTERN.fullmatch, symbols)):

@@ -1,9 +1,8 @@
-"""Parse text into a tree of plain nodes by a grammar and a whitelist; the text is never executed.
+"""Parse a typed answer into a tree of nodes. Only known notation is accepted, and the text is never executed.
 
 The grammar is the notation of Python and SymPy, extended by what people type: `^` for powers, `2a1`, theta as a Greek
 letter, `theta_1`, and the robotics shorthand c12 = cos(theta1 + theta2). Lists, sets, dictionaries and equations are
-parsed, too, because some answers consist of them. The caller decides whether a tree means a scalar, a matrix or a set
-of conditions.
+parsed, too. The caller decides whether a tree stands for a scalar, a matrix or a set of conditions.
 """
 
 import re
@@ -25,7 +24,7 @@ from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 MAX_DEPTH = LIMITS["depth"]
 MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["plus_minus_signs"]
 MAX_ROWS = LIMITS["matrix_rows"]
-"""Maximum number of rows of diag(…), and of lists that follow each other as the rows of a matrix."""
+"""Maximum number of rows of diag(…), and of a matrix typed as several lists in a row, such as [a, b][c, d]."""
 
 _CALL_MEANINGS: dict[str, str] = VOCABULARY["call_meanings"]
 """The meaning of each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq."""
@@ -42,13 +41,13 @@ _TOKEN = re.compile("|".join(
 ))  # fmt: skip
 
 _TOKENS_OUTSIDE_BARS = ("=", "==", ",", ";", ":", "&")
-"""Tokens that never occur inside an absolute value such as |a1|, unless in brackets."""
+"""Tokens that occur inside an absolute value such as |a1| only if they are in brackets."""
 _TOKENS_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
-"""Tokens after a bar that show that the bar ends an absolute value; they can't begin an alternative."""
+"""Tokens that show that the bar before them ends an absolute value, because no alternative begins with them."""
 _TOKENS_BEFORE_EQUATION = (",", ";", "and", "&", "or", "[", "(", "{")
 """Tokens after which an equation such as J(q) = … may begin."""
 _OR_WORDS = ("or", "|")
-"""Words that are skipped after a comma between two conditions, but not between two entries of a vector."""
+"""Words for "or" that may follow a comma between two conditions, but not a comma between two entries of a vector."""
 
 _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
 """For each opening bracket its closing bracket and the meaning of its content."""
@@ -56,7 +55,7 @@ _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
 class _Token(NamedTuple):
-    """A part of a text that the grammar doesn't split: its `kind` is "number", "name", "op" or "end".
+    """A number, a name, an operator or the end of the text; the `kind` is "number", "name", "op" or "end".
 
     `position` is the index of its first character in the text.
     """
@@ -67,7 +66,7 @@ class _Token(NamedTuple):
 
 
 def _tokenize(text: str) -> list[_Token]:
-    """Return the tokens of a text, the last of which is an "end". Raises ParseError for any other character."""
+    """Return the tokens of a text and an "end" token. Raises ParseError for a character that begins no token."""
     tokens: list[_Token] = []
     position, depth = 0, 0
     for match in _TOKEN.finditer(text):
@@ -76,7 +75,7 @@ def _tokenize(text: str) -> list[_Token]:
         if match.lastgroup != "space":
             tokens.append(_Token(str(match.lastgroup), match.group(), position))
             depth += _DEPTH_CHANGES.get(match.group(), 0)
-            if depth > MAX_DEPTH:  # checked here, so that no time is spent on the other tokens
+            if depth > MAX_DEPTH:  # checked early, to spend no time on the other tokens
                 raise ParseError(f"brackets are nested more than {MAX_DEPTH} deep {_describe_position(text, position)}")
         position = match.end()
     if position < len(text):
@@ -146,7 +145,7 @@ class _Parser:
         return ParseError(f"{message} {_describe_position(self.text, self.tokens[self.index].position)}")
 
     def take(self, *texts: str) -> bool:
-        """Skip the next token if it is one of these; return whether it was."""
+        """Skip the next token if it is one of `texts`; return whether a token was skipped."""
         kind, text, _ = self.tokens[self.index]
         is_next = kind in ("op", "name") and text in texts
         self.index += is_next
@@ -166,7 +165,8 @@ class _Parser:
         self.skip_lambda_head()
         tree = self.parse_to_end()
         if self.braces_are_lists:
-            tree = trees.fold(tree, _make_list_of_set)
+            kinds = {"set": "list"}
+            tree = trees.fold(tree, lambda node, args: Node(kinds.get(node.kind, node.kind), tuple(args), node.value))
         may_have_metres = METRE not in self.known_symbols and any(text == METRE for _, text, _ in self.tokens)
         return evaluate_matrices(remove_metres(tree) if may_have_metres else tree)
 
@@ -185,7 +185,7 @@ class _Parser:
         return Node("list", tuple(items)) if has_comma or len(items) > 1 else items[0]
 
     def parse_rows(self, closing: str) -> tuple[list[list[Node]], bool]:
-        """Parse entries up to the closing bracket; return them in rows, and whether there was a comma.
+        """Parse entries up to the closing bracket; return the rows of entries, and whether there was a comma.
 
         Commas separate entries, semicolons separate rows. If `closing` is "", entries are parsed up to the end of the
         text. In braces and outside all brackets, an entry may have a name, as in x: a.
@@ -218,7 +218,10 @@ class _Parser:
         return self.peek() == "," and self.peek(1) in ("and", "&")
 
     def is_condition(self, node: Node) -> bool:
-        """Return whether a node is a condition on a symbol of the problem, unlike x = 1, which only names an entry."""
+        """Return whether a node is a condition on a symbol of the problem.
+
+        In x = 1, for example, x only names an entry.
+        """
         if node.kind in ("and", "or"):
             return all(map(self.is_condition, node.args))
         return node.kind in ("eq", "in") and not find_names(node.args[0]).isdisjoint(self.known_symbols)
@@ -262,7 +265,7 @@ class _Parser:
         return Node("dict", tuple(Node("pair", pair) for pair in assignments))
 
     def skip_lambda_head(self) -> None:
-        """Skip the head of a Python function, lambda theta1, theta2: …; the expression it returns is the answer."""
+        """Skip the head of a Python function, as in lambda theta1, theta2: …, if there is one."""
         if self.take("lambda"):
             while self.tokens[self.index].kind == "name":
                 self.index += 1
@@ -307,20 +310,20 @@ class _Parser:
         return equations[0] if equations else sides[0]
 
     def parse_right_side(self) -> Node:
-        """Parse the right side of an equation: one value, or several, as in theta2 = 0 or pi."""
+        """Parse the right side of an equation, which may have several values, as in theta2 = 0 or pi."""
         alternatives = [self.parse_modulo(self.parse_sum())]
         while self.peek() in ("or", "and", "|", "&"):
             index_before_word = self.index
             self.index += 1
             alternative = self.parse_modulo(self.parse_sum()) if self.tokens[self.index].kind != "end" else None
             if alternative is None or self.peek() in ("=", "==", "in", ":") or not _is_value(alternative):
-                self.index = index_before_word  # another condition begins there
+                self.index = index_before_word  # another condition begins at this word
                 break
             alternatives.append(alternative)
         return alternatives[0] if len(alternatives) == 1 else Node("set", tuple(alternatives))
 
     def parse_modulo(self, value: Node) -> Node:
-        """Parse what follows a value in "0 mod pi" or "0 (mod pi)"; return the value plus any whole multiple of pi."""
+        """Parse "mod pi" or "(mod pi)" after a value; return the value plus any whole multiple of pi."""
         is_in_brackets = self.peek() == "(" and self.peek(1) in _MODULO_WORDS
         if not is_in_brackets and self.peek() not in _MODULO_WORDS:
             return value
@@ -396,12 +399,15 @@ class _Parser:
                 return node
 
     def is_single_name(self, start: int) -> bool:
-        """Return whether the divisor, which begins at token `start` and has just been parsed, is a single name."""
+        """Return whether the tokens from `start` to the current one, which are a divisor, are a single name."""
         kind, text, _ = self.tokens[start]
         return kind == "name" and self.index == start + 1 and not text.startswith(_PI_NAMES)
 
     def parse_factor(self) -> Node:
-        """Parse a factor that has no sign. [0] is refused, because in Python it selects an entry."""
+        """Parse a factor without a sign.
+
+        A list of one number, such as [0], is refused, because it selects an entry in Python.
+        """
         is_bracket = self.peek() == "["
         start, node = self.index, self.parse_power()
         if is_bracket and node.kind == "list" and len(node.args) == 1 and node.args[0].kind in ("number", "neg"):
@@ -410,7 +416,7 @@ class _Parser:
         return node
 
     def begins_absolute_value(self) -> bool:
-        """Return whether the bar here begins an absolute value, as in a1|s2|, and not an alternative, as in 0 | pi."""
+        """Return whether the next token, a bar, begins an absolute value, as in a1|s2|, or means "or", as in 0 | pi."""
         if self.is_inside_bars:
             return False
         depth, index, has_symbol = 0, self.index + 1, False
@@ -431,7 +437,7 @@ class _Parser:
         return (begins_tightly and ends_tightly) or is_at_end
 
     def is_row_below(self, node: Node) -> bool:
-        """Return whether the next list is one more row below `node`, as in [a, b][c, d], a calculator's notation."""
+        """Return whether the next list is another row of the matrix `node`, as in [a, b][c, d] on some calculators."""
         has_rows = self.peek(1) == "[" or (1, ";") in self.list_bracket_tokens()  # [[a, b], [c, d]] or [a; b]
         return node.kind == "list" and len(node.args) > 1 and self.peek(-1) == "]" and not has_rows
 
@@ -457,8 +463,8 @@ class _Parser:
     def is_unit(self, text: str) -> bool:
         """Return whether a name after a number is a unit.
 
-        A unit of angles is at the end of a product, as in 0.25 rad; a unit of lengths may also be before a factor. The
-        meaning of m is decided later, when the whole formula is known (`metres`).
+        A unit of angles ends a product, as in 0.25 rad. A unit of lengths may also come before a factor. Whether m is a
+        unit is decided later, when the whole formula is known (`metres`).
         """
         if text not in _UNITS or text in self.known_symbols or text in VOCABULARY["whole_numbers"]:
             return False
@@ -508,7 +514,7 @@ class _Parser:
         raise self.make_error(f"expected {operand}, found {text!r}" if text else f"{operand} is missing at the end")
 
     def parse_absolute_value(self) -> Node:
-        """Parse |a1*sin(theta2)| up to its second bar; a bar between two conditions means "or" instead."""
+        """Parse an absolute value such as |a1*sin(theta2)|; its first bar has been skipped."""
         with self.count_nesting():
             self.is_inside_bars, was_inside_bars = True, self.is_inside_bars
             content = self.parse_sum()
@@ -517,7 +523,10 @@ class _Parser:
         return _make_call(FUNCTIONS["abs"], (content,))
 
     def parse_bracket(self, closing: str, kind: str) -> Node:
-        """Parse the content of brackets: of a "group" in parentheses, a "list", a "set" or "args" of a function."""
+        """Parse the content of brackets.
+
+        The `kind` is "group" (parentheses), "list", "set" or "args" (of a function).
+        """
         self.is_inside_bars, was_inside_bars = False, self.is_inside_bars
         rows, has_comma = self.parse_rows(closing)
         self.is_inside_bars, self.joined_product = was_inside_bars, None
@@ -573,7 +582,7 @@ class _Parser:
         return product
 
     def is_angle_ahead(self) -> bool:
-        """Return whether an angle or a bracket follows, perhaps after a power: c theta1, s^2(theta1)."""
+        """Return whether an angle or a bracket follows, perhaps after a power, as in c theta1 and s^2(theta1)."""
         power_length = 0 if self.peek() not in ("^", "**") else 4 if self.peek(1) == "(" else 2  # as in ^2 or ^(2)
         kind, text, _ = self.tokens[min(self.index + power_length, len(self.tokens) - 1)]
         part = split_name(text, self.known_symbols)[0] if kind == "name" else None
@@ -593,7 +602,7 @@ class _Parser:
         return call
 
     def multiply_parts(self, parts: Sequence[NamePart]) -> Node:
-        """Return the product of names written without spaces; a function applies to the name after it."""
+        """Return the product of names that are written without spaces. A function applies to the name after it."""
         factors: list[Node] = []
         remaining_parts = list(parts)
         while remaining_parts:
@@ -613,7 +622,7 @@ class _Parser:
         return product
 
     def parse_binding_call(self, name: str, *arguments_before: Node) -> Node:
-        """Parse Derivative(theta1(t), t) as the rate qd1, and Lambda(_n, …) with any whole number as _n.
+        """Parse Derivative(theta1(t), t) as the rate qd1, and Lambda(_n, …) as an expression with any whole number.
 
         `arguments_before` has the argument that was typed before the name, as in theta1.diff(t).
         """
@@ -628,7 +637,7 @@ class _Parser:
         raise self.make_error(f"this form of {name} is not supported")
 
     def parse_function(self, name: str) -> Node:
-        """Parse what follows the name of a function: perhaps a power, and the arguments."""
+        """Parse the power (if any) and the arguments after the name of a function."""
         power = None
         with self.count_nesting("functions"):
             if self.take("^", "**"):  # sin^2(x)
@@ -648,7 +657,7 @@ class _Parser:
         return Node("^", (call, power)) if power is not None else call
 
     def parse_bare_argument(self, name: str) -> Node:
-        """Parse the argument of a function without brackets: a number and one name, as in sin 2 theta1."""
+        """Parse an argument without brackets: a number, a name, or a number and a name, as in sin 2 theta1."""
         factors = []
         if self.tokens[self.index].kind == "number":
             factors.append(_parse_number(self.peek()))
@@ -677,17 +686,12 @@ _TOKENS_AFTER_FACTOR = ("*", "(", *_UNIT_OPERATORS)
 """Tokens after a name that show that the name is a factor, not a unit at the end of a product."""
 
 
-def _make_list_of_set(node: Node, args: Sequence[Node]) -> Node:
-    """Return a list of the arguments for a set, and any other node with these arguments."""
-    return Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
-
-
 def _is_angle(name: str) -> bool:
     return PATTERNS["angle"].fullmatch(name) is not None
 
 
 def _is_value(node: Node) -> bool:
-    """Return whether a node is a constant value, which may contain whole numbers."""
+    """Return whether a node is a value without symbols, apart from names of whole numbers such as k."""
     return node.kind not in ("eq", "in", "and", "or") and find_names(node) <= set(VOCABULARY["whole_numbers"])
 
 
@@ -700,7 +704,7 @@ def _convert_unit(value: Node, unit: str) -> Node:
 
 
 def _transpose(matrix: Node) -> Node:
-    """Return a list of rows transposed; a list of entries is returned unchanged, because it may be a column."""
+    """Transpose a list of rows. A list of entries is returned unchanged, because it may be a column."""
     rows = [row.args for row in matrix.args if row.kind == "list"]
     if len(rows) != len(matrix.args) or len({len(row) for row in rows}) != 1:
         return matrix
@@ -715,7 +719,7 @@ _MINUS_ONE = Node("neg", (trees.ONE,))
 
 
 def _make_part_node(part: NamePart) -> Node:
-    """Return a part of a name as a tree; the part is not a function."""
+    """Return the tree of a part of a name that is not a function."""
     if part.kind == "name":
         return Node("name", value=part.names[0])
     angle = combine_from_left("+", [Node("name", value=name) for name in part.names])
@@ -782,7 +786,7 @@ def _interpret_call(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
 
 
 def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
-    """Return the tree of a text; the problem's symbols `known_symbols` take precedence over shorthand.
+    """Return the tree of a text. The problem's symbols, `known_symbols`, take precedence over shorthand such as c12.
 
     Raises ParseError with the position and the expected token. Time and memory are linear in the length of the text.
 
@@ -798,11 +802,11 @@ def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
 
 
 SHORT_TEXT_LENGTH = 4000
-"""Length in characters below which many answers are cached; of longer answers, only a few are cached."""
+"""Minimum length, in characters, of a long answer. Fewer trees of long answers are cached."""
 
 
 def _parse(text: str, known_symbols: frozenset[str]) -> Node:
-    """Return the tree; it is cached, because grading, diagnosis and the student's page parse the same answer."""
+    """Return the tree of a text. Trees are cached, because grading, diagnosis and feedback parse the same answer."""
     return _Parser(to_plain_text(text, known_symbols), known_symbols).parse()
 
 
@@ -811,5 +815,5 @@ _parse_long_text, _parse_short_text = lru_cache(4)(_parse), lru_cache(128)(_pars
 
 @lru_cache(maxsize=512)
 def parse_reference(text: str, known_symbols: frozenset[str]) -> Node:
-    """Return the cached tree of a reference formula, which is compared with many answers."""
+    """Return the tree of a reference formula; it is cached, because it is compared with many answers."""
     return parse_formula(text, known_symbols)

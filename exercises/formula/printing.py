@@ -1,4 +1,4 @@
-"""Print expressions exactly as SymPy does, in a fraction of the time, because equal parts are printed only once.
+"""Print expressions exactly as SymPy does, but faster, because each part is printed only once.
 
 This module imports nothing from qdot: the process in which notebooks run loads this file alone
 (`grader/sandbox/notebook_process/answer_formatting`).
@@ -10,10 +10,11 @@ import sympy
 from sympy.printing.str import StrPrinter
 
 MAX_CACHED_TEXTS, MAX_CACHED_LENGTH = 4096, 1000
-"""Maximum number of cached texts, and maximum length of each. Caching helps because angles recur in an answer."""
+"""Maximum number of cached texts, and maximum length of each."""
 
 _texts: dict[tuple[type, int], tuple[sympy.Basic, str]] = {}
-"""Texts by printer and by the identity of the expression; equality is not enough, because 0.5 is equal to 0.50."""
+"""Maps a printer and the id of an expression to the expression and its text. Equal expressions may have different
+texts, such as 0.5 and 0.50."""
 
 
 class Printer(StrPrinter):

@@ -10,14 +10,14 @@ Rows = list[list[Node]]
 
 _OPERATIONS = {"+": "sum", "-": "difference", "*": "product", "/": "quotient", "^": "power", "neg": "negative"}
 _MAX_NODES = LIMITS["nodes_of_results"]
-"""Maximum number of nodes in the results, because the entries of a product grow with each factor."""
+"""Maximum number of nodes of all results together, because the entries of a product grow with each factor."""
 _MAX_INVERTED_ROWS = 3
 """Maximum number of rows of a matrix that is inverted."""
 _TOO_LONG_MESSAGE = "the matrix products are too long; write out their entries"
 
 
 def evaluate_matrices(tree: Node) -> Node:
-    """Return a tree in which the results replace all operations on matrices. Raises ParseError.
+    """Return a tree in which operations on matrices are replaced by their results. Raises ParseError.
 
     >>> two, x = Node("number", value=2), Node("name", value="x")
     >>> column = evaluate_matrices(Node("*", (two, Node("list", (x, two)))))
@@ -43,7 +43,7 @@ def evaluate_matrices(tree: Node) -> Node:
 
 
 def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
-    """Return the result of an operation on matrices; any other node is returned with these arguments."""
+    """Return the result of an operation on matrices; return any other node with its new arguments."""
     if node.kind in _OPERATIONS:  # in [a + b] c, square brackets group a formula
         args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
     are_matrices = [arg.kind == "list" for arg in args]

@@ -1,9 +1,8 @@
-"""Evaluate expression trees at many points at once, with an estimate of the rounding error.
+"""Evaluate trees of formulas at many points at once, with an estimate of the rounding error.
 
-A program is a list of steps. Equal sub-expressions are one step, and equal terms of a sum are counted, so that
-a1 - a1 + a1 - a1 ... is one step. Every value comes with its magnitude, the size of the terms that were added to obtain
-the value. Rounding errors are of the order of 1e-16 times the magnitude. So a difference is compared with the terms
-that cancel, not only with the sum that remains.
+A program is a list of steps. Equal sub-expressions are one step, and equal terms of a sum are counted, so that a1 - a1
++ a1 - a1 ... is one step. Every value comes with its magnitude, the size of the terms that were added to obtain the
+value. Rounding errors are of the order of 1e-16 times the magnitude, even if large terms cancel.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +16,8 @@ import numpy as np
 from qdot.exercises.formula.trees import Node, find_names, make_scalar_expected_error, split_signed_terms
 
 BRANCHING_FUNCTIONS = frozenset({"sqrt", "abs", "sign", "asin", "acos", "atan", "acot", "atan2", "log", "power"})
-"""Functions with branches. Expressions with them may agree on only a part of the circle, so they need more points."""
+"""Functions with branches. Expressions with them may agree for some angles only, so they are compared at more
+points."""
 
 Step = tuple[str, tuple[int, ...], Any]
 """An operation, the indices of the steps that are its operands, and a constant.
@@ -45,7 +45,7 @@ def compile_program(nodes: Sequence[Node]) -> Program:
     step_indices: dict[Any, int] = {}
 
     def find_or_add(step: Step) -> int:
-        """Return the index of a step, which is added unless there is an equal step."""
+        """Return the index of a step; add the step unless there is an equal one."""
         op, _, value = step
         key = (op, value.numerator, value.denominator) if op == "number" else step  # hashing a fraction is slow
         index = step_indices.setdefault(key, len(steps))
@@ -74,7 +74,7 @@ def compile_program(nodes: Sequence[Node]) -> Program:
 
 
 def _split_operands(node: Node) -> tuple[tuple[Node, ...], tuple[int, ...]]:
-    """Return the terms of a nested sum and their signs, or the operands of any other node and no signs."""
+    """Return the terms of a nested sum and their signs; for any other node, return its operands and ()."""
     if node.kind not in ("+", "-"):
         return node.args, ()
     terms, signs = zip(*split_signed_terms(node), strict=True)
@@ -128,7 +128,7 @@ _DERIVATIVE_SIZES: dict[str, Callable[..., Any]] = {
     "sec": lambda x: np.sin(x) / np.cos(x) ** 2, "csc": lambda x: np.cos(x) / np.sin(x) ** 2,
     "acot": lambda x: 1 / (1 + x * x), "sign": np.zeros_like,
 }  # fmt: skip
-"""The derivative of each function, up to its sign: the factor by which the error of the argument is multiplied."""
+"""The derivative of each function, up to its sign. It is the factor by which an error of the argument is multiplied."""
 
 StepResult = tuple[np.ndarray, np.ndarray]
 """The values (points,) of a step, complex, and their magnitudes (points,)."""
@@ -152,8 +152,8 @@ def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: in
 def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
     """Return the values (trees, points) of trees that share subtrees, without magnitudes.
 
-    Shared subtrees are the same objects, and evaluated once. For many variants of a tree that differ in a single node,
-    this is faster than a program.
+    Subtrees that are the same object are evaluated once. This is faster than a program if many trees differ in a single
+    node.
     """
     values_by_id: dict[int, np.ndarray] = {}
 
@@ -193,7 +193,7 @@ def select_outputs(program: Program, step_results: list[StepResult]) -> Evaluati
 def assign_regions(evaluated_programs: Sequence[tuple[Program, list[StepResult]]], point_count: int) -> np.ndarray:
     """Return the number of each point's region, (points,).
 
-    In a region, the operands of functions with branches keep their signs.
+    At all points of a region, the operands of functions with branches have the same signs.
     """
     region_numbers = np.zeros(point_count, dtype=np.int64)
     for program, step_results in evaluated_programs:
@@ -215,7 +215,7 @@ def _evaluate_step(step: Step, args: Sequence[Any], values: Mapping[str, np.ndar
     if op == "sum":
         terms = (count * arg for count, arg in zip(constant, args, strict=True))
         return sum(terms, np.zeros(point_count, dtype=complex))
-    if op in BRANCHING_FUNCTIONS:  # -1 - 0j lies below the branch cut, and its root would be -i
+    if op in BRANCHING_FUNCTIONS:  # adding 0.0 turns -1 - 0j, whose root would be -i, into -1 + 0j
         args = [arg + 0.0 for arg in args]
     if op == "integer power":
         return np.asarray(args[0] ** constant if constant > 0 else 1 / args[0] ** -constant)
@@ -233,7 +233,7 @@ def _compute_magnitude(step: Step, value: np.ndarray, args: Sequence[StepResult]
     if op == "neg":
         return mx
     if op == "integer power":
-        if constant > 0:  # defined at x = 0, where the ratio below is not
+        if constant > 0:  # this form is also defined at x = 0
             return np.asarray(np.abs(x) ** (constant - 1) * (np.abs(x) + constant * mx))
         return np.asarray(np.abs(value) * (1 + abs(constant) * _compute_relative_magnitude(mx, x)))
     if len(args) == 1:
@@ -262,10 +262,10 @@ def _to_float(number: Any) -> float:
 
 
 _LARGEST_EXPONENT = 1e5
-"""Largest exponent in a precise evaluation; with a larger exponent, a number could use up all memory (9**9**9**9)."""
+"""Largest exponent in a precise evaluation, because a number such as 9**9**9**9 would use up all memory."""
 
 _LARGEST_ANGLE = 1e60
-"""Largest angle; to reduce a larger angle to a single revolution takes more digits than are computed."""
+"""Largest angle; more digits than are computed would be needed to reduce a larger angle to one revolution."""
 
 
 def _limit_argument(function: Callable[[Any], Any], limit: float) -> Callable[[Any], Any]:
@@ -323,7 +323,8 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
 
 PRECISE_DIGITS = 50
 PRECISE_TOLERANCE = 1e-40
-"""Values of PRECISE_DIGITS digits are equal if their difference is smaller, relative to the size of the terms."""
+"""Values with PRECISE_DIGITS digits count as equal if their difference, relative to the size of the terms, is
+smaller."""
 
 
 def evaluate_constant(node: Node) -> Any:

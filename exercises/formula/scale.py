@@ -1,9 +1,10 @@
 """Decide whether an answer is correct except for signs and a constant factor, and which of these are wrong.
 
-The signs of some entries of the reference are changed first. Then the answer must be k times the reference at every
-configuration, with a constant k > 0. Let s_i and r_i be the entries of answer and reference (with these signs), and
-s'_i and r'_i the same at another configuration with the same constants. Let r_p be a nonzero entry. The condition is
-s_i r'_p = r_i s'_p for all i. It is tested like the equality of an answer and its reference (`equality`).
+First, entries of the reference get the signs of the answer's entries. Then the answer must be k times the reference at
+every configuration, with a constant k > 0. Let s_i and r_i be the entries of the answer and of the reference with these
+signs. Let s'_i and r'_i be the same entries at another configuration with the same constants, and r_p a nonzero entry.
+The condition is s_i r'_p = r_i s'_p for all i. It is tested like the equality of an answer and its reference
+(`equality`).
 """
 
 from collections.abc import Set as AbstractSet
@@ -17,7 +18,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import ZERO, Node, Nodes, replace_names
 
 EXTRA_POINTS = 6
-"""Number of points besides those with two decimals; the signs of the entries are found at the last point."""
+"""Number of points in addition to those with two decimals. The signs of the entries are found at the last point."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ def find_constant_factor(
     entries: Nodes, reference: Nodes, domain: Domain, varying_symbols: AbstractSet[str], seed: str,
     rounding: Rounding | None = None,
 ) -> ConstantFactor | None:  # fmt: skip
-    """Return the constant factor between all entries and the reference, up to signs; None if there is none.
+    """Return the constant factor between an answer and its reference, up to signs of entries; None if there is none.
 
     `varying_symbols` are the symbols that differ between configurations; all other symbols are constants.
     """
@@ -50,7 +51,7 @@ def find_constant_factor(
         comparison = compare_entries(entries, signed_reference, domain, f"{seed}/sign", rounding)
         if all(comparison.is_correct):
             return ConstantFactor(is_negative=True, changes_size=False)
-    # a prime marks the symbols of the other configuration
+    # the symbols of the other configuration have a prime
     extended_domain = Domain({**domain.roles, **{f"{name}'": domain.roles[name] for name in varying_symbols}})
     primed_names = {name: Node("name", value=f"{name}'") for name in varying_symbols}
     other_entry, other_reference = (

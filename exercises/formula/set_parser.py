@@ -1,7 +1,7 @@
-"""Parse conditions in any common notation as a union of pieces: "theta3 = 0 or pi", "{theta2: [0, pi]}", "k*pi".
+"""Parse conditions on joints in any common notation, such as "theta3 = 0 or pi" and "{theta2: [0, pi]}".
 
-The conditions describe a set of configurations. A piece is a tuple of atoms that hold simultaneously. An atom is either
-`expression = 0` or `joint = value`.
+The conditions describe a set of configurations, which is a union of pieces. A piece is a tuple of atoms that hold
+simultaneously. An atom is either `expression = 0` or `joint = value`.
 """
 
 import math
@@ -32,18 +32,18 @@ WHOLE_NUMBER_VALUES = tuple(make_number(k) if k >= 0 else -make_number(-k) for k
 """The whole numbers from -6 to 6."""
 _MAX_PIECES = 500
 _MAX_NODES, _MAX_STEPS = 100_000, 6000
-"""Maximum number of nodes in all cases of whole numbers, and of steps in searches for zeros (some seconds each)."""
+"""Maximum number of nodes after all whole numbers are inserted, and of steps of all pieces; each takes some seconds."""
 _FIXED_COST = 10
-"""Fixed cost that is added to the number of nodes of a case, and to the number of steps of a piece."""
+"""A constant that is added to the number of nodes of each case, and to the number of steps of each piece."""
 _TOO_LONG_MESSAGE = "the conditions are too long, or they contain too many integers"
 _NO_JOINT_MESSAGE = "a value belongs to no joint; write theta1 = pi/3, for example"
 
 
 @dataclass(frozen=True)
 class Atom:
-    """A condition: `expression` vanishes or, if there is a `joint`, the expression is the value of this joint.
+    """A condition: `expression` is zero or, if `joint` is given, `expression` is the value of this joint.
 
-    Values of an angle that differ by 2 pi are equal.
+    Values of an angle that differ by 2 pi count as equal.
     """
 
     expression: Node
@@ -54,10 +54,10 @@ Piece = tuple[Atom, ...]
 
 
 def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the union of pieces that a tree describes. Raises ParseError.
+    """Return the pieces of the set that a tree describes. Raises ParseError.
 
-    Accepted are equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, a bare expression (that vanishes), `and`, `or`,
-    lists of these, and `k*pi` for every whole number k.
+    The tree may consist of equations, `theta2 in {0, pi}`, `{theta2: [0, pi]}`, expressions that vanish, `and`, `or`,
+    and lists of these. In `k*pi`, k stands for every whole number.
     """
     if node.kind in ("or", "list", "set"):
         return _parse_alternatives(node, joints)
@@ -101,9 +101,9 @@ def _find_joint_with_two_values(piece: Piece) -> str | None:
 
 
 def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the union of a list's entries.
+    """Return the pieces of all entries of a list.
 
-    A bare value belongs to the joint before the value, as in theta3 = 0, pi, or (theta3, [0, pi]).
+    A value without a joint belongs to the joint before it, as in theta3 = 0, pi, or (theta3, [0, pi]).
     """
     union: list[Piece] = []
     joint: Node | None = None
@@ -125,10 +125,10 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
 
 
 def _find_joint(node: Node, joints: Sequence[str]) -> Node | None:
-    """Return the joint of a condition: it gets a value, or it is a bare name. Return None if there is no such joint.
+    """Return the joint to which a later value without a joint belongs; None if there is no such joint.
 
-    A sum of joints that gets a value, as in theta1 + theta2 = 0, pi, is returned, too. The joint of alternatives is the
-    joint of the last alternative.
+    It is the joint, or the sum of joints, that gets a value in an equation, or a joint that is named alone. Of several
+    alternatives, the last one counts.
     """
     if node.kind == "or":
         return _find_joint(node.args[-1], joints)
@@ -147,7 +147,7 @@ def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
 
 
 def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return a piece for each value of a joint; if `joint` is an expression, a piece says that it equals the value."""
+    """Return a piece for each value of a joint, or for each value of an expression that is given as `joint`."""
     if joint.kind != "name" or joint.value not in joints:
         differences = (Node("-", (joint, value)) for value in _list_values(values))
         return [piece for difference in differences for piece in _parse_vanishing_expression(difference, joints)]
@@ -157,7 +157,7 @@ def _parse_assignment(joint: Node, values: Node, joints: Sequence[str]) -> list[
 
 
 def _list_values(values: Node) -> list[Node]:
-    """Return the values as a flat list, for example three values for [0, ±pi]."""
+    """Return the values as a flat list; [0, ±pi], for example, has three values."""
     if values.kind not in ("list", "set", "or"):
         return [values]
     return [value for arg in values.args for value in (arg.args if arg.kind == "set" else (arg,))]
@@ -178,18 +178,18 @@ def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece
 
 
 _QUOTIENTS = {"tan": ("sin", "cos"), "cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
-"""Functions that are quotients: the function in the numerator, "" for 1, and the function in the denominator."""
+"""Functions that are quotients, each with the function in its numerator ("" for 1) and in its denominator."""
 
 
 def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], list[Node]]:
-    """Return the factors of a product and its divisors, both without powers; each is different and contains joints."""
+    """Return the different factors and divisors of a product that contain joints, without their powers."""
     is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value != 0
     if is_power or node.kind == "neg" or (node.kind == "call" and node.value == "abs"):
         factors, divisors = _split_product(node.args[0], joints)
         return (divisors, factors) if is_power and node.args[1].value < 0 else (factors, divisors)
     if node.kind in ("*", "/"):
-        (factors, divisors), other_sides = (_split_product(arg, joints) for arg in node.args)
-        other_factors, other_divisors = other_sides if node.kind == "*" else other_sides[::-1]
+        (factors, divisors), other_split = (_split_product(arg, joints) for arg in node.args)
+        other_factors, other_divisors = other_split if node.kind == "*" else other_split[::-1]
         return list(dict.fromkeys(factors + other_factors)), list(dict.fromkeys(divisors + other_divisors))
     if not find_names(node) & joints:
         return [], []
@@ -200,9 +200,10 @@ def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], li
 
 
 def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:
-    """Return whether a quotient surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
+    """Return whether a quotient surely vanishes at almost all zeros of each of its factors.
 
-    A divisor must be a joint variable, or the sine or cosine of a sum of these, and not vanish wherever a factor does.
+    For example, tan(theta1)*cos(theta1) does not. Each divisor must be a joint variable, or the sine or cosine of a sum
+    of joint variables, and must differ from zero at almost all zeros of the factors.
     """
     are_defined = all(_is_defined_everywhere(factor, joints) for factor in factors)
     pairs = product(divisors, factors)
@@ -211,16 +212,16 @@ def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node]
 
 def _is_nonzero_at_zeros(divisor: Node, factor: Node, joints: AbstractSet[str]) -> bool:
     """Return whether a divisor surely differs from zero at almost all zeros of a factor."""
-    angles = _list_summed_names(divisor.args[0] if _is_wave(divisor) else divisor)
+    angles = _list_summed_names(divisor.args[0] if _is_sine_or_cosine(divisor) else divisor)
     if not angles or not set(angles) <= joints:
         return False
-    if _is_wave(factor) and divisor.args == factor.args:  # a sine and a cosine of the same angle
+    if _is_sine_or_cosine(factor) and divisor.args == factor.args:  # a sine and a cosine of the same angle
         return divisor != factor
-    other_angles = _list_summed_names(factor.args[0]) if _is_wave(factor) else []
+    other_angles = _list_summed_names(factor.args[0]) if _is_sine_or_cosine(factor) else []
     return not set(angles) <= find_names(factor) or bool(set(other_angles) - set(angles))
 
 
-def _is_wave(node: Node) -> bool:
+def _is_sine_or_cosine(node: Node) -> bool:
     return node.kind == "call" and node.value in ("sin", "cos")
 
 
@@ -245,7 +246,7 @@ def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
 
 
 def _strip_powers(node: Node) -> Node:
-    """Return X for sqrt(X), X^4, X - 0 etc., with the same zeros; the search for zeros needs derivatives there."""
+    """Return X for sqrt(X), X^4, X - 0 etc. X has the same zeros, and also derivatives at its zeros."""
     while True:
         is_minus_zero = node.kind == "-" and _is_zero(node.args[1])
         if node.kind == "-" and _is_zero(node.args[0]):  # the answer was 0 = X
@@ -263,9 +264,9 @@ def _is_zero(node: Node) -> bool:
 
 
 def _list_whole_number_cases(node: Node) -> list[Node]:
-    """Return the different cases of a node with whole numbers from -6 to 6.
+    """Return the different trees that result if each name of a whole number in a node becomes a number from -6 to 6.
 
-    Multiples of pi that differ by 2 pi are the same case, so no case of k*pi/6 is left out.
+    Multiples of pi that differ by 2 pi are not different, so every value of k*pi/6 is included.
     """
     whole_numbers = [name for name in WHOLE_NUMBER_NAMES if name in find_names(node)]
     combinations = product(WHOLE_NUMBER_VALUES, repeat=len(whole_numbers))
@@ -278,10 +279,11 @@ def _list_whole_number_cases(node: Node) -> list[Node]:
 
 
 def solve_for_angle(atom: Atom, angles: Collection[str]) -> Atom:
-    """Return a sum of angles that vanishes as a value of one of the angles: theta1 + theta2 as theta1 = -theta2.
+    """Return a sum of angles that vanishes, such as theta1 + theta2, as a value of one angle: theta1 = -theta2.
 
-    Each angle may change by 2 pi: so theta1 + theta2 may be any multiple of 2 pi, but 2 theta1 = pi means pi/2 only. If
-    no angle can be isolated, as in 2 theta1 + 3 theta2, a sine vanishes instead. Other atoms are returned unchanged.
+    Values of an angle that differ by 2 pi are equal, so theta1 + theta2 may be any multiple of 2 pi, but 2 theta1 = pi
+    means only pi/2. If no angle can be isolated, as in 2 theta1 + 3 theta2, the sine of half the sum vanishes instead.
+    Other atoms are returned unchanged.
     """
     expression = atom.expression
     if atom.joint is not None:
@@ -309,12 +311,12 @@ def make_half_sine(difference: Node) -> Node:
 
 
 def split_zeros(piece: Piece, angles: Collection[str]) -> list[Piece]:
-    """Return a piece for each value of a sine's or cosine's angle, such as 0 and pi for sin(theta1 + theta2) = 0."""
+    """Split a piece at the zeros of each sine and cosine, such as 0 and pi for sin(theta1 + theta2) = 0."""
     return list(product(*(_list_zeros(atom, angles) for atom in piece)))
 
 
 def _list_zeros(atom: Atom, angles: Collection[str]) -> list[Atom]:
-    """Return an atom for each zero of the sine or cosine of a joint or of a sum of joints; else the atom itself."""
+    """Return an atom for each zero of a sine or cosine of joints; return any other atom unchanged."""
     function, arguments = atom.expression.value, atom.expression.args
     if atom.joint is not None or atom.expression.kind != "call" or function not in ("sin", "cos"):
         return [atom]
@@ -326,9 +328,9 @@ def _list_zeros(atom: Atom, angles: Collection[str]) -> list[Atom]:
 
 
 def _find_angle_factors(expression: Node, angles: Collection[str]) -> dict[str, Fraction]:
-    """Return the factor of each angle in a sum of multiples of angles and other terms.
+    """Return the factor of each angle in a sum of multiples of angles and of terms without angles.
 
-    Return {} if there are no angles, or if another term contains angles.
+    Return {} for any other expression.
     """
     factors: dict[str, Fraction] = {}
     for term, sign in split_signed_terms(expression):
@@ -342,9 +344,9 @@ def _find_angle_factors(expression: Node, angles: Collection[str]) -> dict[str, 
 
 
 def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
-    """Return whether an atom's joint is tied to others: its value contains joints, and another atom contains the joint.
+    """Return whether an atom's joint is tied to other joints, as q1 in "q1 = q2 and c1 = 0".
 
-    An example is q1 in "q1 = q2 and c1 = 0".
+    The value of a tied joint contains joints, and another atom contains the tied joint.
     """
     depends_on_joints = bool(find_names(atom.expression) & set(joints))
     other_atoms = (other_atom for other_atom in piece if other_atom is not atom)
@@ -352,7 +354,7 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
 
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return the pieces of an answer. Raises ParseError, also if checking all pieces would take too long."""
+    """Return the pieces of a typed answer. Raises ParseError, also if the pieces would take too long to check."""
     node = remove_noise(node)
     if _count_nodes_of_cases(node) > _MAX_NODES:
         raise ParseError(_TOO_LONG_MESSAGE)
@@ -360,7 +362,7 @@ def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
     for piece in pieces:
         steps = _FIXED_COST + sum(len(compile_program([atom.expression]).steps) for atom in piece)
         is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
-        total_steps += steps if is_searched else steps // 10  # a value needs no search
+        total_steps += steps if is_searched else steps // 10  # a joint with a value needs no search
         if total_steps > _MAX_STEPS:
             raise ParseError(f"the conditions, with their {len(pieces)} cases, are too long")
     return pieces

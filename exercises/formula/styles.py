@@ -1,6 +1,6 @@
-r"""The letters of LaTeX's math alphabets, as in \\mathbf{v} and \\mathbb{R}: Unicode has a character for each of them.
+r"""The letters of LaTeX's math alphabets, as in \\mathbf{v} and \\mathbb{R}.
 
-So a styled letter is a letter like any other, and each printer shows it.
+Unicode has a character for each of these letters, so printers treat them like other letters.
 """
 
 import re
@@ -9,12 +9,11 @@ import unicodedata
 from qdot.exercises.formula.layout import SYMBOLS, Layout, row
 
 STYLES: dict[str, list[str]] = SYMBOLS["styles"]
-"""For each command, the names of its styles in Unicode.
-
-If several styles have a character, the last of them is used, because Unicode lacks some characters of some styles.
+"""Maps each command to the names of its styles in Unicode. Of the styles that have a character, the last is used; some
+styles lack characters.
 """
 
-_NAME = re.compile(r"(?:MATHEMATICAL )?([A-Z -]+?) (?:CAPITAL \w+|SMALL \w+|DIGIT \w+|NABLA|\w+ SYMBOL)")
+_CHARACTER_NAME = re.compile(r"(?:MATHEMATICAL )?([A-Z -]+?) (?:CAPITAL \w+|SMALL \w+|DIGIT \w+|NABLA|\w+ SYMBOL)")
 
 
 def _find_styled_characters() -> dict[str, dict[str, str]]:
@@ -22,7 +21,7 @@ def _find_styled_characters() -> dict[str, dict[str, str]]:
     characters: dict[str, dict[str, str]] = {}
     for code in (*range(0x2100, 0x2150), *range(0x1D400, 0x1D800)):
         decomposition_kind, _, plain_code = unicodedata.decomposition(chr(code)).partition(" ")
-        match = _NAME.fullmatch(unicodedata.name(chr(code), ""))
+        match = _CHARACTER_NAME.fullmatch(unicodedata.name(chr(code), ""))
         if decomposition_kind == "<font>" and match is not None:
             characters.setdefault(match[1], {})[chr(int(plain_code, 16))] = chr(code)
     return characters

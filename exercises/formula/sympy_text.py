@@ -1,4 +1,4 @@
-"""Return expressions as text, which is used to compare, store and sort them; each text is cached."""
+"""Write expressions as text, by which they are compared, stored and sorted; each text is cached."""
 
 from collections.abc import Iterable
 from functools import lru_cache
@@ -11,7 +11,7 @@ from qdot.exercises.formula.printing import Printer
 
 @lru_cache(maxsize=1024, typed=True)
 def format_expression(expression: sp.Expr) -> str:
-    """Return an expression as text; it is cached, because the record, its digest and the grader need it."""
+    """Return an expression as text."""
     return _stored_texts.get((type(expression), expression)) or Printer().doprint(expression)
 
 
@@ -20,7 +20,7 @@ _MAX_STORED_TEXTS = 8192
 
 
 def store_texts(texts: Iterable[tuple[sp.Expr, str]]) -> None:
-    """Remember texts of expressions, because printing all references would take half as long as grading."""
+    """Store texts of expressions, because printing all references would take half as long as grading."""
     if len(_stored_texts) > _MAX_STORED_TEXTS:
         _stored_texts.clear()
     _stored_texts.update(((type(expression), expression), text) for expression, text in texts)

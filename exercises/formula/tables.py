@@ -1,7 +1,9 @@
-r"""Convert tables to lists: rows on separate lines, with tabs or gaps; [a b; c d] as in Matlab; 0,5; 1,25.
+r"""Convert tables to lists.
 
-These separators may have another meaning (a sum continues in the next line, a space is a product). So a table is tried
-only if a text does not have the expected shape, and accepted only if every row has the expected number of entries.
+A table has rows on separate lines, with tabs or gaps between entries, or is typed as in Matlab, [a b; c d]. These
+separators may have another meaning: a sum may continue on the next line, and a space may be a product. So a text is
+parsed as a table only if it does not have the expected shape otherwise, and every row must have the expected number of
+entries.
 """
 
 import re
@@ -15,7 +17,7 @@ MAX_TABLE_LENGTH = 4000
 """Maximum number of characters of a table."""
 
 _COMMA, _NO_SEPARATOR = re.compile(","), re.compile("(?!)")
-"""Separators of entries: a comma; a pattern that never matches, for a line that is a single entry."""
+"""Separators of entries: a comma, and a pattern that never matches, for lines with a single entry."""
 _ENTRY_SEPARATORS = (PATTERNS["gap_of_matlab"], _COMMA, PATTERNS["comma_of_list"])
 
 _Cells = list[list[str]]
@@ -35,13 +37,14 @@ def convert_table(text: str, shape: tuple[int, int]) -> str | None:
         return None
     tables = _split_into_tables(PATTERNS["name_of_table"].sub("", text), *shape)
     texts = [_write_cells(cells) for cells in tables if _is_table(cells, shape)]
-    # 1,2 x may be 1.2 and x, or 1 and 2 x
+    # "1,2 x" may mean 1.2 and x, or 1 and 2 x
     is_unambiguous = len(set(texts)) == 1 or not PATTERNS["comma_of_number"].search(text)
     return texts[0] if texts and is_unambiguous else None
 
 
 def _split_into_tables(text: str, row_count: int, column_count: int) -> Iterator[_Cells]:
-    """Yield the cells of a text for each combination of a row separator (lines, semicolons) and an entry separator."""
+    """Yield the cells of a text for each combination of a row separator (line break, semicolon) and an entry separator.
+    """
     lines = text.split("\n")
     markdown_rule = PATTERNS["rule_of_markdown"].fullmatch
     is_markdown = any(map(markdown_rule, lines))
@@ -62,7 +65,7 @@ def _split_into_tables(text: str, row_count: int, column_count: int) -> Iterator
         row_texts = [row for row in re.split(row_separator, content) if row.strip(SPACES)]
         for separator in (_NO_SEPARATOR, *_ENTRY_SEPARATORS) if column_count == 1 else _ENTRY_SEPARATORS:
             cells = [_split_entries(row, separator) for row in row_texts]
-            # a single row is accepted as a column; commas without spaces need no conversion
+            # a single row counts as a column, except with commas, because the parser accepts such a list
             is_column = column_count == 1 and len(cells) == 1 and separator is not _COMMA
             yield [[cell] for cell in cells[0]] if is_column else cells
 
@@ -113,7 +116,7 @@ def _find_named_numbers(text: str) -> list[str]:
 
 
 def _is_number(entry: str) -> bool:
-    """Return whether an entry is a number, perhaps times the factor of its unit."""
+    """Return whether an entry is a number, which may be multiplied by the factor of its unit."""
     factors = (factor for factor in ("", *_UNIT_FACTORS) if entry.endswith(factor))
     return any(PATTERNS["decimal_with_comma"].fullmatch(entry.removesuffix(factor)) for factor in factors)
 

@@ -1,4 +1,4 @@
-"""Represent parsed expressions as trees of nodes, which don't depend on the notation of the text."""
+"""Represent parsed formulas as trees of nodes, which do not depend on the notation in which they were typed."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -24,12 +24,12 @@ class UndefinedValue(ParseError):
 
 @dataclass(frozen=True, slots=True)
 class Node:
-    """A node of an expression: its `kind`, and its arguments; `value` holds a number (Fraction) or a name.
+    """A node of a tree: its `kind`, its arguments, and as `value` a number (Fraction) or a name.
 
     The kinds are number, decimal (a number typed with a point or an exponent), name, blank (an unanswered entry), call
     (of the function `value`), neg, + - * / ^, list, set, dict, pair (an item of a dict), eq, in, and, or.
 
-    The operators + - * / ** combine nodes or integers, and leave out operands 0 and 1 that change nothing:
+    The operators + - * / ** combine nodes and integers, and omit operands 0 and 1 that change nothing:
 
     >>> x, y = Node("name", value="x"), Node("name", value="y")
     >>> format_tree(0 + x * y**2), format_tree(-(x / ONE))
@@ -41,7 +41,7 @@ class Node:
     value: Any = None
 
     def with_args(self, args: Sequence["Node"]) -> "Node":
-        """Return the node with other arguments; if they are the same objects, return the node itself."""
+        """Return the node with new arguments, or the node itself if the arguments are the same objects."""
         has_same_args = len(args) == len(self.args) and all(map(is_, args, self.args))
         return self if has_same_args else Node(self.kind, tuple(args), self.value)
 
@@ -183,8 +183,8 @@ def _split_decimal(decimal: Fraction) -> tuple[int, int]:
     (1225, 2)
     """
     twos = (decimal.denominator & -decimal.denominator).bit_length() - 1  # the denominator is 2^twos 5^fives
-    # A number has at most 1,000 characters and an exponent of at most 400, so fives is at most 1,400, and the logarithm
-    # is exact enough to be rounded.
+    # A number has at most 1,000 characters and an exponent of at most 400. So `fives` is at most 1,400, and the rounded
+    # logarithm is exact.
     fives = round(log(decimal.denominator >> twos, 5))
     places = max(twos, fives)
     return decimal.numerator * (10**places // decimal.denominator), places
@@ -260,10 +260,10 @@ def _has_rows(node: Node) -> bool:
 
 
 def as_matrix(node: Node) -> list[list[Node]]:
-    """Return the rows of a matrix. A list of scalars is a column, and a scalar is a matrix of one entry.
+    """Return the rows of a matrix.
 
-    The comments below show other notations that are accepted. Raises ParseError if rows differ in length, or if lists
-    are nested deeper.
+    A list of scalars is a column, and a scalar is a matrix of one entry. The comments below show other accepted
+    notations. Raises ParseError if rows have different lengths, or if an entry is a list.
     """
     while node.kind == "list" and len(node.args) == 1 and _has_rows(node.args[0]):  # [[[a, b], [c, d]]]
         node = node.args[0]
@@ -288,15 +288,15 @@ def as_matrix(node: Node) -> list[list[Node]]:
 
 
 def format_tree(node: Node) -> str:
-    """Return a text that is parsed as an expression of the same value; long sums and products have no nested brackets.
+    """Return the text of a single expression, from which the parser makes an expression with the same value.
 
-    The tree is a single expression, without lists, conditions and blanks (see `find_nonscalar`).
+    Long sums and products have no nested brackets. The tree has no lists, conditions and blanks (see `find_nonscalar`).
     """
     return fold(node, _combine_texts)
 
 
 _FIRST_OPERANDS_WITHOUT_BRACKETS = {"+": ("+", "-"), "-": ("+", "-"), "*": ("*", "/"), "/": ("*", "/")}
-"""For each operator, the kinds of a first operand that need no brackets."""
+"""Maps each operator to the kinds of first operands that need no brackets."""
 
 
 def _combine_texts(node: Node, arg_texts: list[str]) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from qdot.exercises.formula.vocabulary import VOCABULARY
 
 _BASE_UNITS: dict[str, tuple[str, str, int, int, int]] = VOCABULARY["base_units"]
-"""For each unit, the numerator and the denominator of its size in SI units, and its powers of kg, m and s."""
+"""Maps each unit to the numerator and the denominator of its size in SI units, and to its powers of kg, m and s."""
 _NAMES = "|".join(re.escape(name) for name in sorted(_BASE_UNITS, key=len, reverse=True))
 _POWER, _SEPARATOR = (f"(?:{VOCABULARY['patterns'][name]})" for name in ("power_of_unit", "between_units"))
 _DIGITS: dict[str, str] = VOCABULARY["superscripts"]
@@ -21,10 +21,10 @@ _FACTOR_PATTERN = re.compile(f"({_SEPARATOR})({_NAMES})({_POWER}?)")
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit.
+    """A unit of measurement.
 
-    A number is converted to SI units if it is multiplied by all `multipliers` and divided by all `divisors`, which are
-    numbers or "pi". `dimension` contains the powers of kg, m and s, which are 0 for angles.
+    To convert a number to SI units, multiply it by all `multipliers` and divide it by all `divisors`, which are numbers
+    or "pi". `dimension` contains the powers of kg, m and s, which are 0 for angles.
     """
 
     multipliers: tuple[str, ...]
@@ -55,7 +55,7 @@ _SI_NAMES = {"m", "rad", "s", "kg", "N", "Nm", "J", "W"}
 
 
 def convert_to_si(text: str) -> str:
-    """Return the SI unit, with the usual symbols, of the same dimension as a unit; "" if there is none.
+    """Return the SI unit, in the usual symbols, that has the same dimension as a unit; "" if there is none.
 
     >>> [convert_to_si(text) for text in ("meter/sec", "mm/s^2", "kg m/s", "rpm", "furlong")]
     ['m/s', 'm/s^2', 'kg m/s', 'rad/s', '']
@@ -97,7 +97,7 @@ def parse_unit(text: str) -> Unit | None:
     if _UNIT_PATTERN.fullmatch(text) is None:
         return None
     multipliers, divisors, dimension = list[str](), list[str](), [0, 0, 0]
-    text_with_separator = text if text[0] == "1" else f" {text}"  # each match begins with the separator before a factor
+    text_with_separator = text if text[0] == "1" else f" {text}"  # each match contains the separator before a factor
     for separator, name, power_text in _FACTOR_PATTERN.findall(text_with_separator):
         digits = "".join(_DIGITS.get(sign, sign) for sign in power_text).strip("^*()").replace("−", "-")
         power = int(digits or 1) * (-1 if "/" in separator else 1)

@@ -1,6 +1,6 @@
-"""Load the words, signs, units and notations of typed answers from vocabulary.json, which the site's parser uses, too.
+"""Load the words, signs, units and notations of typed answers from vocabulary.json.
 
-Add a synonym there, and both parsers recognise it; neither has a list of its own.
+The site's parser uses the same file, so both parsers recognise a synonym that is added to it.
 """
 
 import json
@@ -11,7 +11,7 @@ from typing import Any
 VOCABULARY: dict[str, Any] = json.loads(Path(__file__).with_name("vocabulary.json").read_text(encoding="utf-8"))
 LIMITS: dict[str, int] = VOCABULARY["limits"]
 SPACES: str = VOCABULARY["spaces"]
-"""All characters that count as spaces, because `\\s` matches different characters in Python and in a browser."""
+"""All characters that count as spaces. (`\\s` matches different characters in Python and in a browser.)"""
 
 
 class _CompiledPatterns(dict[str, re.Pattern[str]]):

@@ -1,9 +1,9 @@
 """Mistakes in results that are computed from a Jacobian: its determinant, its inverse, joint rates and torques.
 
-For an arm with n joints, the stage "jacobian" is J (task rows, n, …). If J is square, "minors" and "cofactors" are
-(n, n, …), and entry (i, j) belongs to J without row i and column j. "link derivatives" are
-(n joints, n + 1 links, 3, …); the last of these axes holds x, y and z. Here "…" stands for the axes of the arithmetic
-(`mistakes.base`). Maximal minors are determinants of J with only as many columns as rows; det J is that of a square J.
+For an arm with n joints, the stage "jacobian" is J (task rows, n, …). If J is square, "minors" and "cofactors" are (n,
+n, …), and entry (i, j) belongs to J without row i and column j. "link derivatives" are (n joints, n + 1 links, 3, …);
+the third axis stands for x, y and z. Here "…" stands for the axes of the arithmetic (`mistakes.base`). A maximal minor
+is the determinant of as many columns of J as J has rows.
 """
 
 from collections.abc import Iterator, Sequence
@@ -29,7 +29,7 @@ from qdot.exercises.mistakes.base import (
 
 
 def _has_square_jacobian(chain: Chain, *, min_joints: int = 2, max_joints: int = 6) -> bool:
-    """Return whether J is square, and the number of joints is in a range."""
+    """Return whether J is square and the number of joints is in a range."""
     return chain.has_square_jacobian and min_joints <= chain.n <= max_joints
 
 
@@ -38,25 +38,26 @@ def _has_wide_jacobian(chain: Chain) -> bool:
 
 
 def _vary_if_wide(stage: str, *changes: Change) -> VariantGenerator:
-    """Return a function that yields one variant per change of a stage, for arms with more joints than rows of J."""
+    """Return a function that yields one variant for each change of a stage, if the arm has more joints than J has rows.
+    """
     return combine(*(vary_if(_has_wide_jacobian, {stage: change}) for change in changes))
 
 
 def _vary_if_square(stage: str, change: Change, *, min_joints: int = 2, max_joints: int = 6) -> VariantGenerator:
-    """Return a function that yields one variant, for arms with a square Jacobian and a number of joints in a range."""
+    """Return a function that yields one variant if J is square and the number of joints is in a range."""
     return vary_if(partial(_has_square_jacobian, min_joints=min_joints, max_joints=max_joints), {stage: change})
 
 
 def _expand_without_signs(stages: StageResults, _: np.ndarray) -> np.ndarray:
-    """Return det J expanded along the first row, with correct 2 x 2 minors but with a plus sign for every term."""
+    """Return the expansion of det J along the first row, with correct minors but a plus sign for every term."""
     return (stages["jacobian"][0] * stages["minors"][0]).sum(axis=0)
 
 
 def _list_determinant_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
-    """Return the factors of this arm's det J with their powers; no factors if J is not square."""
+    """Return the factors of an arm's det J with their powers; [] if J is not square."""
     if not chain.has_square_jacobian:
         return []
-    values_of_symbols = dict(make_symbolic_arm(chain).values)  # this arm's value of each symbol of the symbolic arm
+    values_of_symbols = dict(make_symbolic_arm(chain).values)  # the arm's values for the symbols of its symbolic arm
     (symbolic_determinant,) = derive(chain).symbolic_minors
     return [(factor.xreplace(values_of_symbols), power) for factor, power in symbolic_determinant.factors]
 
@@ -69,17 +70,17 @@ def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _drop_repeated_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants without one of the repeated factors of |det J|, the manipulability."""
+    """Yield variants without one of the repeated factors of the manipulability |det J|."""
     for factor, power in _list_determinant_factors(chain):
         if power > 1 and not factor.is_number:
             yield _make_variant_without_factor("manipulability", chain, factor, sp.Abs(factor))
 
 
 def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with sine and cosine exchanged in a factor of det J that is a multiple of one sine or cosine.
+    """Yield variants that replace a sine by a cosine, or vice versa, in a factor of det J with a single sine or cosine.
 
-    If the angle contains a constant offset, the factor can be written as a sine or as a cosine. The exchange can then
-    give either sign, so variants with both signs are yielded.
+    If the angle contains a joint offset, the factor can be written as a sine or as a cosine. The exchange may then give
+    either sign, so variants with both signs are yielded.
     """
     offset_by_joint = dict(zip(chain.q, chain.offsets, strict=True))
     for factor, _power in _list_determinant_factors(chain):
@@ -94,7 +95,7 @@ def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeV
 def _make_variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:
     """Return the variant in which `factor` is missing from the result of a stage.
 
-    The result is divided by `divisor`, which is the factor or its absolute value.
+    To omit the factor, the result is divided by `divisor`, the factor or its absolute value.
     """
     symbols = {str(symbol) for symbol in factor.free_symbols}
     joint_symbols = symbols & set(map(str, chain.q))
@@ -107,14 +108,14 @@ def _make_variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divi
 
 
 def _divide_by(divisor: sp.Expr) -> Change:
-    """Return the change that divides the result of a stage, which carries no derivatives, by an expression."""
+    """Return the change that divides the result of a stage, which has no derivatives, by an expression."""
     return lambda stages, value: value / stages.arithmetic.drop_derivatives(stages.arithmetic.convert_entry(divisor))
 
 
 def _take_reciprocals(stages: StageResults, _: np.ndarray) -> np.ndarray:
-    """Return the reciprocal of each entry of J, but zero for an entry that is zero."""
+    """Return the reciprocal of each entry of J that is not zero."""
     jacobian = stages["jacobian"]
-    ones = jacobian * 0 + 1  # 1 as an entry of the arithmetic, such as a formula tree
+    ones = jacobian * 0 + 1  # 1 in the arithmetic of the stages, such as a formula tree
     return np.where(jacobian == 0, jacobian, ones / np.where(jacobian == 0, 1, jacobian))
 
 
@@ -129,10 +130,7 @@ def _add_minors(stages: StageResults, sign: int = 1) -> np.ndarray:
 
 
 def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with a wrong sum of the squared maximal minors.
-
-    The sum is replaced by one of the squares, or one square is omitted from the sum.
-    """
+    """Yield variants with a wrong sum of the squared maximal minors: only one of the squares, or all but one."""
 
     def miscount(
         stages: StageResults, gram_determinant: np.ndarray, columns: Sequence[int], is_omitted: bool
@@ -146,9 +144,9 @@ def _miscount_minors(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _flip_product_sign(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with the sign of one term of the cofactor expansion flipped.
+    """Yield variants with the wrong sign of one term of the cofactor expansion.
 
-    A term is an entry of J, or one link's contribution to that entry, times the cofactor of the entry.
+    A term is the product of an entry of J, or of one link's contribution to the entry, and the cofactor of the entry.
     """
 
     def flip(
@@ -191,7 +189,7 @@ VARIANTS: dict[str, VariantGenerator] = {
         _vary_if_square("cofactors", lambda stages, _: stages["minors"]),
         vary_if(
             lambda chain: chain.n == len(chain.task) + 1,
-            # joint rate i of the self-motion is the maximal minor without column i, with the signs + - + …
+            # rate i of a self-motion is the maximal minor without column i, with alternating signs
             {"self-motion": lambda stages, motion: motion * cofactor_signs(stages.n)[0][:, None]},
         ),
     ),

@@ -1,4 +1,4 @@
-"""Mistakes in writing down a finished result: in its rows, columns and signs, or in its joint rates."""
+"""Mistakes in writing down a finished result: in rows, columns, signs or joint rates."""
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
@@ -33,13 +33,13 @@ def _exchange_two(axis: int) -> VariantGenerator:
 
 
 def _name_lines(axis: int, shape: AnswerShape, indices: Sequence[int]) -> str:
-    """Return the name of rows (axis 0) or columns (axis 1) of an answer, such as "row 2"; "entry 2" of a vector."""
+    """Return the name of rows (axis 0) or columns (axis 1) of an answer, such as "row 2", or "entry 2" of a vector."""
     noun = "entry" if shape[1 - axis] == 1 else ("row", "column")[axis]
     return name_items(noun, [index + 1 for index in indices])
 
 
 def _negate_one(axis: int) -> VariantGenerator:
-    """Return a function that yields one variant for each row (axis 0) or column (axis 1), with its sign flipped.
+    """Return a function that yields one variant for each row (axis 0) or column (axis 1), with the opposite sign.
 
     An answer with a single row or column has no such variant.
     """
@@ -55,7 +55,7 @@ def _negate_one(axis: int) -> VariantGenerator:
 def _change_result(
     change: Callable[[StageResults, np.ndarray], np.ndarray], applies: Callable[[Chain, AnswerShape], bool]
 ) -> VariantGenerator:
-    """Return a function that yields the variant with the finished result changed, if `applies` accepts its shape."""
+    """Return a function that yields the variant with the finished result changed if `applies` is true."""
     return lambda chain, shape: iter([MistakeVariant({RESULT: change})] if applies(chain, shape) else [])
 
 
@@ -66,7 +66,7 @@ def _take_other_rows(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVarian
     """
     all_rows = convention_of(chain).velocity_names
     expected_rows = {(6, chain.n): all_rows, (len(chain.task), chain.n): chain.task}.get(shape)
-    # six rows may be expected in the order of the task, or in that of a twist; the shape does not tell which
+    # six rows may be expected in the order of the task or of a twist, and the shape does not show which
     has_ambiguous_order = len(chain.task) == 6 and all_rows != VELOCITY_NAMES
     if expected_rows is None or has_ambiguous_order:
         return

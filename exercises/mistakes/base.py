@@ -1,10 +1,10 @@
-"""Define a mistake: a change to a derivation, or to an answer, and the message to the student.
+"""Define what a mistake is: a change to a derivation or to an answer, and a message to the student.
 
-A derivation consists of stages, such as the table, the link vectors and the Jacobian (`derivation.graph`). A
-mistake changes the results of some stages; all later stages are computed from the changed results. A change is a
-function of all stages and of one stage's correct result, and returns the wrong result. Values may carry derivatives
-with respect to the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the
-arithmetic: the configurations, or a single formula.
+A derivation consists of stages, such as the table, the link vectors and the Jacobian (`derivation.graph`). A mistake
+changes the results of some stages, and all later stages are computed from the changed results. A change is a function
+of all stages and of the correct result of one stage; it returns the wrong result. Values may include derivatives with
+respect to the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the arithmetic:
+the configurations, or a single formula.
 """
 
 import re
@@ -28,12 +28,11 @@ AnswerShape = tuple[int, int]
 
 @dataclass(frozen=True)
 class MistakeVariant:
-    """One variant of a mistake on an arm: the changed stages of the derivation, and the words for the message.
+    """One variant of a mistake in a problem on an arm: changes of stages, and words for the message.
 
-    `changes` maps the names of stages to their changes. `words` maps the placeholders in the message to their texts.
-
-    `missing_symbols` lists the symbols of an omitted factor. The message can't name them, because quizzes contain the
-    message, and a quiz id must always give the same text.
+    `changes` maps the names of stages to changes. `words` maps the placeholders in the message to texts.
+    `missing_symbols` lists the symbols in an omitted factor. The message does not name them, because it is part of
+    quizzes, and the same quiz id must always give the same text.
 
     If the mistake can be made at several joints, `joints` are the joints (from 0) at which this variant makes it.
     `at_joints` returns the variant for other joints.
@@ -47,7 +46,7 @@ class MistakeVariant:
     at_joints: "Callable[[Sequence[int]], MistakeVariant] | None" = None
 
     def without_idle_joints(self, idle_joints: AbstractSet[int]) -> "MistakeVariant | None":
-        """Return the variant without the joints at which it changes nothing; None if fewer than two remain."""
+        """Return the variant without the joints at which it changes nothing; None if fewer than two joints remain."""
         remaining_joints = [joint for joint in self.joints if joint not in idle_joints]
         if self.at_joints and len(remaining_joints) > 1:
             return replace(self.at_joints(remaining_joints), joints=tuple(remaining_joints))
@@ -58,7 +57,7 @@ class MistakeVariant:
 class MistakenAnswer:
     """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step.
 
-    `answer` is an `Answer` whose correct value is the one that the student would give.
+    `answer` is an `Answer` with the wrong value in place of the correct one.
     """
 
     answer: Answer
@@ -67,29 +66,29 @@ class MistakenAnswer:
 
 
 VariantGenerator = Callable[[Chain, AnswerShape], Iterator[MistakeVariant]]
-"""Yields the variants of a mistake on an arm, for an answer of the given shape."""
+"""A function that yields the variants of a mistake on an arm, for an answer of a shape."""
 
 FormulaVariantGenerator = Callable[[Chain, Part], Iterator[MistakeVariant]]
-"""Yields the variants of a mistake in the formula of an instructor's question."""
+"""A function that yields the variants of a mistake in the formula of an instructor's question."""
 
 AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
-"""Yields the wrong answers that a mistake gives to a part."""
+"""A function that yields the wrong answers that a mistake gives to a part."""
 
 
 MISREADINGS = frozenset().union(*(convention.specific_mistakes for convention in REGISTRY.values()))
-"""The mistakes that come from reading an arm's description in another convention."""
+"""The names of the mistakes of reading an arm's description in another convention."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Mistake:
-    """A kind of mistake: its entries in catalogue.toml, and the functions that make it.
+    """A mistake: its entries in catalogue.toml, and the functions that generate its variants or wrong answers.
 
-    - `title`, `message`: the name in lists, and the sentences to the student, with placeholders in braces.
+    - `title`, `message`: the title in lists, and the message to the student, with placeholders in braces.
     - `source`: the equation, example or section of the chapter to read; "" for none.
-    - `is_rare`: whether the mistake is named only if no other mistake gives the same answer.
-    - `frequency`: how often the mistake is made, relative to others that give the same answer.
+    - `is_rare`: whether the student is told about this mistake only if no other mistake gives the same answer.
+    - `frequency`: how often the mistake is made, relative to other mistakes that give the same answer.
     - `equivalent_mistakes`: the names of mistakes that give the same answer on some arms.
-    - `requires`: the feature that the arm's convention needs; "" for none.
+    - `requires`: the feature that the arm's convention must have; "" for none.
     """
 
     name: str
@@ -123,10 +122,7 @@ class Mistake:
         return is_possible and (not self.requires or self.requires in convention.features)
 
     def format_message(self, words: Mapping[str, object]) -> str:
-        """Return the message to the student, with these words for its placeholders and a reference to the chapter.
-
-        A mistake that can be made in any question has no reference of its own.
-        """
+        """Return the message to the student, with words for its placeholders and a reference to the chapter, if any."""
         return self.message.format(**words) + (f" See {self.chapter_reference}." if self.source else "")
 
     @property
@@ -136,9 +132,9 @@ class Mistake:
 
 
 def add_chapter_to_reference(sentence: str) -> str:
-    """Return a message in which a reference such as "See (6.4)" says that (6.4) is in Chapter 6.
+    """Add "in Chapter 6" to a reference such as "See (6.4)" in a message.
 
-    The notebook and the site name the chapter at the top. A message that is shown elsewhere has to name it.
+    This is not necessary in notebooks and on the site, which name the chapter at the top.
 
     >>> add_chapter_to_reference("Check the sign. See (6.4).")
     'Check the sign. See (6.4) in Chapter 6.'
@@ -150,36 +146,37 @@ def add_chapter_to_reference(sentence: str) -> str:
 
 
 def vary_always(changes: Mapping[str, Change]) -> VariantGenerator:
-    """Return a function that yields one variant, which is the same for every arm."""
+    """Return a function that yields the same variant for every arm."""
     return vary_if(lambda chain: True, changes)
 
 
 def vary_if(
     applies: Callable[[Chain], object], changes: Mapping[str, Change], words: Mapping[str, object] | None = None
 ) -> VariantGenerator:
-    """Return a function that yields one variant if `applies` is true of the arm, and none otherwise."""
+    """Return a function that yields one variant if `applies` is true of the arm."""
     return lambda chain, shape: iter([MistakeVariant(changes, words=words or {})] if applies(chain) else [])
 
 
 def vary_each(
     list_cases: Callable[[Chain], Iterable[tuple[Any, ...]]], make_variant: Callable[..., MistakeVariant]
 ) -> VariantGenerator:
-    """Return a function that yields one variant for each of the cases of an arm, such as each pair of joints.
+    """Return a function that yields one variant for each case, such as each pair of joints.
 
-    A case is a tuple of the arguments of `make_variant`.
+    `list_cases` returns a tuple of the arguments of `make_variant` for each case.
     """
     return lambda chain, shape: starmap(make_variant, list_cases(chain))
 
 
 def combine(*generators: Callable[[Chain, Any], Iterator[Any]]) -> Callable[[Chain, Any], Iterator[Any]]:
-    """Return a generator function that yields the items of several generator functions, one function after another."""
+    """Return a generator function that yields the items of several generator functions."""
     return lambda chain, subject: (item for generate in generators for item in generate(chain, subject))
 
 
 def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, object] | None = None) -> MistakeVariant:
-    """Return a variant with these changes and with the linear rows of the Jacobian computed by propagation (6.9).
+    """Return a variant with these changes, and with the linear rows of the Jacobian computed by propagation (6.9).
 
-    Linear rows are otherwise derivatives of the link vectors, on which mistakes in the axes or in p* have no effect.
+    Otherwise, mistakes in the axes or in p* would have no effect on the linear rows, which are derivatives of the link
+    vectors.
     """
     return MistakeVariant({**changes, "linear rows": propagate_linear_rows}, words=words or {})
 
@@ -187,7 +184,7 @@ def make_propagated_variant(changes: Mapping[str, Change], words: Mapping[str, o
 def vary_each_joint_and_all(
     joints: Sequence[int], make_variant: Callable[[Sequence[int]], MistakeVariant]
 ) -> Iterator[MistakeVariant]:
-    """Yield one variant for each of the joints, and then, if there are several, a variant for all joints together."""
+    """Yield one variant for each of the joints and, if there are several, a variant for all of them together."""
     for joint in joints:
         yield replace(make_variant([joint]), joints=(joint,))
     if len(joints) > 1:
@@ -195,7 +192,7 @@ def vary_each_joint_and_all(
 
 
 def make_joint_words(joints: Sequence[int]) -> dict[str, object]:
-    """Return the words for the placeholder "joint" of a message: "joint 2", or "joints 1 and 2" (from 1)."""
+    """Return the words for the placeholder "joint" of a message: [0, 1] gives "joints 1 and 2"."""
     return {"joint": name_items("joint", [i + 1 for i in joints])}
 
 
@@ -220,12 +217,12 @@ def join_words(words: Sequence[str]) -> str:
 
 
 def list_joints_of_kind(stages: StageResults, kind: str) -> list[int]:
-    """Return the joints (from 0) that a derivation takes for revolute or for prismatic; a mistake may confuse them."""
+    """Return the joints (from 0) that have a kind in a derivation, in which a mistake may confuse the kinds."""
     return [i for i, kind_of_joint in enumerate(stages["joint kinds"]) if kind_of_joint == kind]
 
 
 def scale_entries(entry_index: Any, factor: int) -> Change:
-    """Return the change that multiplies the entries at an index of an array by a factor."""
+    """Return the change that multiplies the entries of an array at an index by a factor."""
 
     def scale(stages: StageResults, values: np.ndarray) -> np.ndarray:
         new_values = np.array(values)

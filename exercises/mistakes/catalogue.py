@@ -1,4 +1,4 @@
-"""List all kinds of mistakes, and compute the wrong answers that they lead to."""
+"""List all mistakes, and compute the wrong answers to which they lead."""
 
 import ast
 import re
@@ -33,13 +33,13 @@ VARIANTS = (
     position.VARIANTS | columns.VARIANTS | screws.VARIANTS | algebra.VARIANTS | table.VARIANTS | arrangement.VARIANTS
     | numeric.VARIANTS
 )  # fmt: skip
-"""Maps the name of each mistake in a derivation to the function that yields its variants."""
+"""Maps the name of each mistake in a derivation to a function that yields its variants."""
 ANSWERS = numeric.ANSWERS | sets.ANSWERS | choices.ANSWERS
-"""Maps the name of each mistake in a part without a derivation to the function that yields its wrong answers."""
+"""Maps the name of each mistake in a part without a derivation to a function that yields the wrong answers."""
 
 
 FORMULA_VARIANTS = question_formulas.FORMULA_VARIANTS
-"""Maps the name of each mistake in the formula of an instructor's question to the function that yields its variants."""
+"""Maps the name of each mistake in the formula of an instructor's question to a function that yields its variants."""
 
 
 def _read_sections() -> dict[str, tuple[Mistake, ...]]:
@@ -57,13 +57,13 @@ def _read_sections() -> dict[str, tuple[Mistake, ...]]:
 
 
 SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
-"""The mistakes by the titles of their sections in catalogue.toml."""
+"""The mistakes, by the titles of the sections of catalogue.toml."""
 
 CATALOGUE: dict[str, Mistake] = {
     mistake.name: mistake
     for mistake in sorted((m for section in SECTIONS.values() for m in section), key=lambda mistake: mistake.is_rare)
 }
-"""All mistakes by name. The likelier mistakes come first, because the first mistake that gives an answer is named."""
+"""All mistakes by name, with the rare ones last, because the first mistake that gives a wrong answer is named."""
 
 _LAST_STEP_MISTAKES = algebra.VARIANTS.keys() | arrangement.VARIANTS.keys()
 """The names of the mistakes that are made after J is derived."""
@@ -77,39 +77,40 @@ MISTAKES_FOR_ONE_NUMBER = frozenset(
         "square-lost",
     } - {"value-sign"}
 )  # fmt: skip
-"""The mistakes considered if the answer is a single number. Other mistakes would often give this number by chance."""
+"""The mistakes that are considered if the answer is a single number. Others would often give the number by chance."""
 
 IN_DEGREES, ANGULAR_UNITS = "result-in-degrees", ("rad", "rad/s", "rad/s^2")
-"""The mistake of giving a result in degrees, and the units of the results in which it is made."""
+"""The mistake of giving a result in degrees, and the units of results in which it can be made."""
 
 SIGN_MISTAKES_AT_ONE_PLACE = frozenset({
     "link-subtracted", "term-sign", "column-sign", "row-sign", "axis-sign", "twist-sign", "velocity-sign",
 })  # fmt: skip
-"""The mistakes that change signs at one place; if all signs are wrong, `sign` describes the answer better."""
+"""The mistakes that change signs at one place. If all signs are wrong, the mistake `sign` describes the answer
+better."""
 
 SIGN_MISTAKES_THROUGHOUT = frozenset({
     "sign", "determinant-sign", "arm-reversed", "path-reversed", "derivative-of-cosine", "derivative-of-sine",
 })  # fmt: skip
-"""The mistakes that say why all signs of an answer are wrong."""
+"""The mistakes that explain why all signs of an answer are wrong."""
 
 NEAREST_IN_OWN_FORMULAS = {
     *FORMULA_VARIANTS, "length-forgotten", "distance-forgotten", "rows-exchanged",
 } - {"cross-terms-missing"}  # fmt: skip
-"""The likeliest mistakes in an instructor's question: mistakes in the formula itself, a length missing from the whole
-answer, and two entries exchanged. A single term that is missing is likelier than all cross terms."""
+"""The likeliest mistakes in an instructor's question: a mistake in the formula, a length that is missing everywhere,
+and two exchanged entries. Missing cross terms are not among them, because a single missing term is likelier."""
 
 PROPAGATION_FACTOR = 0.5
-"""Factor for the frequency of a mistake in the position of P if the columns of J are computed by propagation."""
+"""Factor for the frequency of a mistake in the position of P if the columns of J are then computed by propagation."""
 
 _POSITION_STAGES = frozenset({"table", "rotations", "local link vectors", "link vectors"})
-"""The stages that lead to the position of P."""
+"""The stages from which the position of P is computed."""
 
 
 @dataclass(frozen=True)
 class PredictedAnswer:
     """The wrong answer that a variant of a mistake gives, (rows, columns, …), and the derivation with this mistake.
 
-    The entries are numbers, formula trees or SymPy expressions, depending on the arithmetic of `stages`.
+    The entries are numbers, formula trees or SymPy expressions, as in `stages`.
     """
 
     mistake: Mistake
@@ -119,7 +120,7 @@ class PredictedAnswer:
 
     @property
     def sentence(self) -> str:
-        """The message to the student, which calls the rows of a vector entries."""
+        """The message to the student, with "entry" instead of "row" for a vector."""
         message = self.mistake.format_message(self.variant.words)
         if self.answer.ndim < 2 or self.answer.shape[1] > 1:
             return message
@@ -129,7 +130,7 @@ class PredictedAnswer:
     def frequency(self) -> float:
         """How often this variant is made, relative to other variants that give the same answer."""
         frequency = self.mistake.frequency
-        # "linear rows" is the stage of the linear rows of J; a propagated quantity such as p* may itself be the answer
+        # an answer such as p*, which is itself propagated, does not depend on the linear rows of J
         if "linear rows" in self.variant.changes:
             return frequency if self.stages.depends_on("linear rows") else max(frequency, 1.0)
         is_propagated = any(stage == "linear rows" for stage, _ in self.stages.changes)
@@ -137,10 +138,10 @@ class PredictedAnswer:
 
 
 def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
-    """Return the mistakes to consider for a wrong answer to a part, the more likely mistakes first.
+    """Return the mistakes to consider for a wrong answer to a part, the likelier mistakes first.
 
-    If the answer is made of J, mistakes in the last step come before mistakes in the derivation of J. If the answer is
-    a single number, all mistakes are considered only if it has enough digits (`is_precise`).
+    If the answer is derived from J, mistakes in this last step come before mistakes in J. For an answer that is a
+    single number, all mistakes are considered only if it has enough digits (`is_precise`).
     """
     mistakes = list(CATALOGUE.values())
     if is_made_of_jacobian(part):
@@ -157,7 +158,7 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
 
 
 JACOBIAN_SECTION = "Columns of the Jacobian"
-"""The section of mistakes that are made when J, or the velocity as J times the joint rates, is derived."""
+"""The section of mistakes in deriving J, or the velocity as J times the joint rates."""
 
 
 _ABOUT_JACOBIAN = re.compile(r"\bJ\b|\bcolumn|p\*", re.IGNORECASE)
@@ -165,10 +166,10 @@ _ABOUT_JACOBIAN = re.compile(r"\bJ\b|\bcolumn|p\*", re.IGNORECASE)
 
 
 def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -> list[Mistake]:
-    """Return the mistakes that belong to the quantities in the formula of an instructor's question.
+    """Return the mistakes that are possible with the quantities in the formula of an instructor's question.
 
-    Mistakes in the formula of the question come first, then others that are likely unless the question asks for a
-    quantity of the arm. A message about J or its columns is only for questions about J.
+    Mistakes in the formula come first, then the likeliest others, unless the question asks for a quantity of the arm.
+    Mistakes with messages about J or its columns are possible only if the formula contains J.
     """
     quantities = find_names(formula)
     names_jacobian, names_velocity = (not quantities.isdisjoint(names) for names in (("J", "Jv", "Jw"), ("v", "w")))
@@ -182,9 +183,9 @@ def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -
 
 
 def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
-    """Yield the answers that mistakes in the derivation of a part give, including answers that remain correct.
+    """Yield the answers that mistakes in the derivation of a part give; some of these answers are still correct.
 
-    Nothing is yielded for a part that is not derived step by step.
+    A part that is not derived step by step has no such answers.
     """
     if comes_from_stages(part):
         correct_answer = _compute_result(stages, part)
@@ -198,8 +199,8 @@ def apply_mistake(
     """Yield the answers to a part that the variants of one mistake give.
 
     After a mistake in the position of P, J is derived in two ways: first by differentiation, then by propagation. A
-    mistake at several joints is made only at the joints at which it changes the answer, and its message names only
-    these joints. `correct_answer` is the answer of `stages`; it is computed if it is None.
+    mistake at several joints is made only at those joints at which it changes the answer, and the message names only
+    these. `correct_answer` is the answer that follows from `stages`; if it is None, it is computed.
     """
     correct_answer = _compute_result(stages, part) if correct_answer is None else correct_answer
     if correct_answer is None:
@@ -237,17 +238,17 @@ def _is_same_answer(answer: np.ndarray, correct_answer: np.ndarray) -> bool:
 def _compute_result(stages: StageResults, part: Part) -> np.ndarray | None:
     """Return the answer that a derivation gives; None if there is none.
 
-    The mistake may be at a joint that the question leaves out, or rewrite a formula so that it has no meaning.
+    A mistake may concern a joint that the question does not use, or rewrite a formula so that it has no meaning.
     """
     try:
         with np.errstate(all="ignore"):  # J may be rank-deficient
             return compute_answer(stages, part)
-    except (IndexError, FormulaError):  # the joint of the mistake may come after the frame that the question asks about
+    except (IndexError, FormulaError):  # for example, the joint comes after the frame in the question
         return None
 
 
 def generate_mistaken_answers(chain: Chain, part: Part) -> Iterator[tuple[Mistake, MistakenAnswer]]:
-    """Yield the mistakes in a part that is not derived step by step, each with a wrong answer that it gives."""
+    """Yield wrong answers to a part that is not derived step by step, each after the mistake that leads to it."""
     for mistake in CATALOGUE.values():
         for mistaken_answer in mistake.generate_answers(chain, part):
             yield mistake, mistaken_answer

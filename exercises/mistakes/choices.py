@@ -1,4 +1,4 @@
-"""Mistakes that lead to wrong options of choice questions, or to wrong integers such as the size or rank of J."""
+"""Mistakes that lead to wrong options in questions, or to wrong integers such as the size or rank of J."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
@@ -21,8 +21,8 @@ from qdot.exercises.reference_answers import Choice, Number
 def _choose_wrong_option(part_kind: str, is_mistake: Callable[[Part, int, int], bool]) -> AnswerGenerator:
     """Return a function that yields answers with the wrong options to which a mistake leads.
 
-    `is_mistake` returns whether the mistake leads to a wrong option. Its arguments are the part, the index of the wrong
-    option and the index of the correct option.
+    `is_mistake` returns whether the mistake leads to a wrong option. The arguments are the part, the index of the wrong
+    option, and the index of the correct option.
     """
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -40,8 +40,8 @@ def _confuse_options(
 ) -> AnswerGenerator:
     """Return a function that yields answers in which the correct option is confused with another option.
 
-    `confused_names` are pairs: the name of the correct option, and the name of the option that is chosen instead.
-    `option_texts` has the text of each option by its name.
+    `confused_names` has pairs of names: of the correct option, and of the option that is chosen instead. `option_texts`
+    has the text of each option by its name.
     """
     names_by_text = {text: name for name, text in option_texts.items()}
 
@@ -82,14 +82,14 @@ def _count_task_rows(part: Part) -> int:
 
 
 def _list_full_rank_minus_one(chain: Chain, part: Part, rank_losses: Collection[int]) -> list[list[int]]:
-    """Return the full rank minus one, if the correct loss of rank is one of `rank_losses`."""
+    """Return the full rank minus one as a wrong rank if the correct loss of rank is one of `rank_losses`."""
     full_rank = compute_full_rank(chain)
     rank_loss = full_rank - int(part.answer_as(Number).reference[0])
     return [[full_rank - 1]] if rank_loss in rank_losses else []
 
 
 def _miscount_rows(chain: Chain, part: Part) -> Iterator[list[int]]:
-    """Yield wrong sizes of J: the orientation, the position, or both are counted as one component."""
+    """Yield wrong sizes of J, for which the orientation, the position, or both are counted as one component."""
     linear_count = sum(row[0] == "v" for row in part.details_as(TaskDetails).task)
     angular_count = _count_task_rows(part) - linear_count
     yield [linear_count + min(angular_count, 1), chain.n]

@@ -1,8 +1,8 @@
 """Mistakes in the columns of a Jacobian: by differentiation (6.3) and by propagation (6.9 to 6.12).
 
-Two stages need an explanation. "link derivatives" are the derivatives of all link vectors with respect to all joint
-variables, (joints, links + 1, 3, …). "vectors to point" are the vectors p* from a frame on each joint axis to P,
-(joints + 1, 3, …). Here "…" stands for the axes of the arithmetic.
+The stage "link derivatives" has the derivatives of all link vectors with respect to all joint variables, (joints, links
++ 1, 3, …). The stage "vectors to point" has the vectors p* from a frame on each joint axis to P, (joints + 1, 3, …).
+Here "…" stands for the axes of the arithmetic (`mistakes.base`).
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -45,7 +45,7 @@ from qdot.exercises.mistakes.position import find_first_joint_of_run, list_nonze
 
 
 def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
-    """Return a function that yields variants with one link's contribution to one column multiplied by a factor.
+    """Return a function that yields variants with the contribution of one link to one column times a factor.
 
     Only columns with contributions from at least `min_terms` links are changed.
     """
@@ -61,7 +61,7 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
 
 
 def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-    """Return the derivative of the link vector after each joint, and zero for those of later links."""
+    """Return the derivatives, in which those of all but the link directly after each joint are zero."""
     later_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
     return np.asarray(scale_entries(later_links, factor=0)(stages, link_derivatives))
 
@@ -76,8 +76,8 @@ def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
     """Return the derivatives of the link vectors with respect to a joint variable, with the angles of its run negated.
 
-    The run consists of the consecutive parallel joints to which the joint belongs. Negating their angles flips the
-    derivatives of all sines and leaves the derivatives of all cosines unchanged.
+    The run is the sequence of consecutive parallel joints that contains the joint. Negating these angles changes the
+    signs of the derivatives of all sines, but not of cosines.
     """
     run_start = find_first_joint_of_run(stages.chain, joint)
     run = [i for i in list_joints_of_kind(stages, REVOLUTE) if find_first_joint_of_run(stages.chain, i) == run_start]
@@ -107,7 +107,8 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
 
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-    """Return the later link vectors themselves instead of their derivatives with respect to a revolute joint."""
+    """Return the derivatives, in which later link vectors replace their derivatives with respect to a revolute joint.
+    """
     new_derivatives = np.array(link_derivatives)
     links = stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"]))
     for joint in list_joints_of_kind(stages, REVOLUTE):
@@ -120,9 +121,9 @@ def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) ->
 
 
 def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = False) -> VariantGenerator:
-    """Return a function that yields one variant per set of changes, in which the linear rows are propagated.
+    """Return a function that yields one variant for each set of changes, with the linear rows of J by propagation.
 
-    If `names_axis`, the message names the frame on the axis of joint i, and this axis.
+    If `names_axis`, the message names the axis of joint i, and the frame on this axis.
     """
     return lambda chain, _: (
         make_propagated_variant(changes, words=_make_axis_words(chain) if names_axis else {}) for changes in change_sets
@@ -144,12 +145,12 @@ def _shift_to_previous(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
 
 
 def _start_one_frame_earlier(stages: StageResults, vectors_to_point: np.ndarray) -> np.ndarray:
-    """Return the vectors to P, each from the frame on the previous joint axis; the first starts at the base."""
+    """Return the vectors to P from the frame on the previous joint axis; the first vector starts at the base."""
     return np.concatenate([stages["point"][None] - stages["origins"][:1], vectors_to_point[:-1]])
 
 
 def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants in which the vector from one joint axis to P starts at the frame on another joint axis."""
+    """Yield variants in which the vector to P from one joint axis starts at another joint axis."""
 
     def replace_vector(stages: StageResults, vectors_to_point: np.ndarray, i: int, j: int) -> np.ndarray:
         return vectors_to_point[[j if k == i else k for k in range(len(vectors_to_point))]]
@@ -167,7 +168,7 @@ def _stop_at_next_origin(stages: StageResults, vectors_to_point: np.ndarray) -> 
 
 
 def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
-    """Return a function that yields variants in which joints of the correct kind are treated as the wrong kind."""
+    """Return a function that yields variants in which joints of one kind are treated like those of the other kind."""
 
     def treat(treated_joints: Sequence[int]) -> MistakeVariant:
         def apply_change(stages: StageResults, correct_kinds: list[str]) -> list[str]:
@@ -181,7 +182,7 @@ def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
 def _replace_angular(
     make_column: Callable[[StageResults, int, np.ndarray], np.ndarray], words: Mapping[str, object]
 ) -> MistakeVariant:
-    """Return the variant in which each joint's column of the angular rows is replaced.
+    """Return the variant in which `make_column` computes each joint's column of the angular rows.
 
     The arguments of `make_column` are the stages, the index of the joint and the correct column.
     """
@@ -193,7 +194,7 @@ def _replace_angular(
 
 
 def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
-    """Return the variant that gives prismatic joints an angular velocity."""
+    """Return the variant in which prismatic joints cause an angular velocity."""
     return _replace_angular(
         lambda stages, i, column: stages["axes"][i] if i in joints else column, words=make_joint_words(joints)
     )
@@ -212,7 +213,7 @@ def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that uses the next joint's axis in the angular column of each revolute joint."""
+    """Yield the variant with the axis of the next joint in the angular rows of each revolute joint."""
     yield _replace_angular(
         lambda stages, i, column: column if stages["joint kinds"][i] == PRISMATIC else stages["axes"][i + 1],
         words=_make_axis_words(chain),
@@ -222,7 +223,7 @@ def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the columns of J, or only the axes, in the coordinates of the last frame.
 
-    In questions about the last frame, the vectors are not rotated again.
+    If the question asks for these coordinates, the vectors are not rotated a second time.
     """
 
     def rotate(stages: StageResults, vectors: np.ndarray) -> np.ndarray:
@@ -237,19 +238,19 @@ def _use_tool_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
-    """Return (0, 0, 1) for every joint axis: its coordinates in the frame on this axis."""
+    """Return (0, 0, 1) for every joint axis, its coordinates in the frame on the axis itself."""
     local_axis = np.stack([stages.arithmetic.make_constant(sp.Integer(value)) for value in (0, 0, 1)])
     return np.stack([local_axis] * len(axes))
 
 
 def _list_rotations_on_axes(stages: StageResults) -> list[np.ndarray]:
-    """Return the rotations of the frames on the axes of joints 1 to n + 1, or of the last frame if there is none."""
+    """Return the rotations of the frames on the axes of joints 1 to n + 1; the last frame replaces a missing one."""
     frames = [convention_of(stages.chain).frame_on_axis(joint) for joint in range(1, stages.n + 2)]
     return [compute_convention_rotation(stages, min(frame, stages.n)) for frame in frames]
 
 
 def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
-    """Return the variant with the x or y axis of the frame instead of the joint axis, for one joint or for all."""
+    """Return the variant with the x or y axis of a frame instead of the joint axis, for one joint or for all joints."""
 
     def apply_change(stages: StageResults, axes: np.ndarray) -> np.ndarray:
         columns = [rotation[:, "xy".index(axis)] for rotation in _list_rotations_on_axes(stages)]
@@ -267,9 +268,9 @@ def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants that leave the vectors of J, or only its linear or angular vectors, in the base frame.
+    """Yield variants with all vectors of J, or only linear or angular ones, in base coordinates.
 
-    The variants change the answers only to questions that ask for another frame.
+    They change only the answers to questions that ask for the coordinates of another frame.
     """
     for words, rows in (
         ("vectors", slice(0, 6)),
@@ -283,7 +284,7 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
 
 
 def _leave_in_base(rows: slice) -> Change:
-    """Return the change that leaves the given rows of the Jacobian in base coordinates instead of tool coordinates."""
+    """Return the change that leaves some rows of the Jacobian in base coordinates instead of tool coordinates."""
 
     def apply_change(stages: StageResults, rotated_jacobian: np.ndarray) -> np.ndarray:
         new_jacobian = np.array(rotated_jacobian)
@@ -302,7 +303,7 @@ def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVari
 
 
 def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with the velocity of another frame, or with the velocity of P due to the first joints only."""
+    """Yield variants with the velocity of another frame, or with the velocity of P that only the first joints cause."""
 
     def replace_by_frame_velocity(stages: StageResults, velocity: np.ndarray, frame: int) -> np.ndarray:
         if not stages.depends_on("joint rates"):
@@ -311,7 +312,7 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
             frame_stages = stages if frame == stages.n else stages.keep_first_joints(frame)
             jacobian = frame_stages["tool jacobian" if stages.depends_on("tool jacobian") else "geometric jacobian"]
             return apply_matrix(jacobian, stages["joint rates"][:frame])[:, None]
-        except IndexError:  # another mistake in these stages is at a joint after the frame
+        except IndexError:  # another mistake is made at a joint after the frame
             return velocity
 
     def replace_by_partial_velocity(stages: StageResults, velocity: np.ndarray, last_joint: int) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Sample the configurations at which an answer is evaluated: the question's configuration, or random configurations."""
+"""Find the configurations at which an answer is evaluated: the question's configuration, or random configurations."""
 
 import numpy as np
 
@@ -16,7 +16,7 @@ SymbolValues = dict[str, np.ndarray]
 def sample_values(domain: Domain, count: int, stream: Stream) -> SymbolValues:
     """Return `count` random values of each symbol.
 
-    The first READABLE_POINTS samples are omitted, because they are rounded to be readable and may be singular.
+    The first READABLE_POINTS samples are omitted, because they are rounded and may be singular.
     """
     sampled_values = domain.sample(set(domain.roles), READABLE_POINTS + count, stream)
     return {name: values[READABLE_POINTS:] for name, values in sampled_values.items()}
@@ -36,7 +36,7 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
 
 def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
-    """Return the values of all symbols after substituting the joint values that the question gives."""
+    """Return the values of all symbols, with those joint values that the question gives."""
     count = len(next(iter(values.values())))
     programs = {q.name: compile_expressions(value) for q, value in part.details.given_joints.items()}
     return values | {name: evaluate(program, values, count).values[0].real for name, program in programs.items()}

@@ -1,8 +1,8 @@
 """Mistakes in finished formulas: an entry was simplified, copied or typed with one error.
 
-An edit of an entry changes one thing: a sign, a term, a factor, a sine or cosine, or an angle. It starts from the
-entry as it is written, or from the entry as a sum of products. A mistake that changes every angle in the same way is
-made in all entries. Formulas are trees of nodes (`formula.trees`); a trig is a sine or cosine.
+An edit changes one sign, term, factor, sine, cosine or angle of an entry, which may first be expanded into a sum of
+products. A mistake that changes every angle in the same way is made in all entries. Formulas are trees of nodes
+(`formula.trees`), and a "trig" is a sine or cosine.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -34,12 +34,12 @@ MAX_TERMS = 40
 TRIG_FUNCTIONS = ("sin", "cos")
 TWO, HALF, DEGREES_PER_RADIAN = make_number(2), make_number(Fraction(1, 2)), make_number(180) / Node("name", value="pi")
 DERIVATIVE_MISTAKES = frozenset({"trig-derived", "trig-not-derived"})
-"""The mistakes that occur only in entries that are derivatives."""
+"""The mistakes that can occur only in derivatives."""
 
 
 @dataclass(frozen=True)
 class Edit:
-    """An entry with one mistake, the name of this mistake, and the term or factor that it omits, if any."""
+    """An entry with one mistake, the name of the mistake, and the omitted term or factor, if any."""
 
     mistake: str
     entry: Node
@@ -47,9 +47,9 @@ class Edit:
 
     @property
     def missing_words(self) -> str:
-        """A phrase that identifies the missing part by its lengths, rates and decimals, or otherwise by its joints.
+        """A phrase that names the lengths, rates and decimals of the omitted term or factor, or else its joints.
 
-        The phrase is empty if nothing is missing, or if the part has no names.
+        The phrase is empty if nothing is omitted, or if there are no names.
         """
         if self.missing_node is None:
             return ""
@@ -76,9 +76,9 @@ def _is_trig(node: Node) -> bool:
 
 
 def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
-    """Yield an entry with each possible mistake, one at a time; a name may be confused with one of the `symbols`.
+    """Yield the edits of an entry, each with one mistake.
 
-    Nothing is yielded for an entry with more than MAX_ENTRY_NODES nodes.
+    A mistake may confuse a name with one of the `symbols`. Entries with more than MAX_ENTRY_NODES nodes have no edits.
     """
     if count_nodes(entry) > MAX_ENTRY_NODES:
         return
@@ -107,7 +107,7 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
 
 
 def _edit_all_trigs(entry: Node) -> Iterator[Edit]:
-    """Yield an entry with the same mistake in all of its sines and cosines, if it has several."""
+    """Yield the edits that make the same mistake in all sines and cosines of an entry, if there are several."""
     angles = list(_find_angles(entry))
     if len(angles) > 1:
         yield Edit("trigs-typed", _change_trigs(entry, _swap_trig))
@@ -119,7 +119,7 @@ def _edit_all_trigs(entry: Node) -> Iterator[Edit]:
 
 
 def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> Iterator[Edit]:
-    """Yield the edits of a tree in which one of its nodes is edited."""
+    """Yield the edits of a tree that change one of its nodes."""
     yield from edit_node(node)
     for k, arg in enumerate(node.args):
         for edit in _edit_each_node(arg, edit_node):
@@ -157,7 +157,7 @@ def _edit_sum(node: Node) -> Iterator[Edit]:
 
 
 def _add_unlike_terms(node: Node) -> Iterator[Edit]:
-    """Yield a sum with a number added to the coefficient of an unlike term: 0.6 x instead of 0.2 + 0.4 x."""
+    """Yield the edit that adds a number to the coefficient of an unlike term: 0.6 x instead of 0.2 + 0.4 x."""
     combine = add if node.kind == "+" else sub
     for constant, term in (node.args, node.args[::-1]):
         if constant.kind in ("number", "decimal") and find_names(term):
@@ -213,7 +213,7 @@ def _edit_negative(node: Node) -> Iterator[Edit]:
 
 
 def _drop_denominator_bracket(factor: Node, quotient: Node) -> Iterator[Edit]:
-    """Yield a factor times a quotient, without the brackets around the denominator."""
+    """Yield the edit that omits the brackets around the denominator of a quotient, which is multiplied by a factor."""
     if quotient.kind == "/" and quotient.args[1].kind in ("+", "-"):
         numerator, denominator = quotient.args
         first_term = factor * numerator / denominator.args[0]
@@ -226,7 +226,7 @@ _OPERATIONS: dict[str, Callable[[Node], Iterator[Edit]]] = {
 
 
 def _find_numeric_factor(node: Node) -> Fraction:
-    """Return the numeric factor of a product, 1 if there is none; 0 if the product has 0 as a divisor."""
+    """Return the numeric factor of a product: 1 if there is none, and 0 if the product is divided by 0."""
     if node.kind in ("number", "decimal"):
         return Fraction(node.value)
     if node.kind == "neg":
@@ -240,14 +240,14 @@ def _find_numeric_factor(node: Node) -> Fraction:
 
 
 def _mistype_symbol(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield each symbol that is similar to a name, such as theta2 instead of theta1."""
+    """Yield the edits that replace a name by a similar symbol, such as theta1 by theta2."""
     for symbol in symbols if node.kind == "name" else ():
         if symbol != node.value and find_stem(symbol) == find_stem(str(node.value)):
             yield Edit("symbol-typed", Node("name", value=symbol))
 
 
 def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[Edit]:
-    """Yield an entry with two similar names exchanged."""
+    """Yield the edits that exchange two similar names in an entry."""
     present_symbols = sorted(find_names(entry) & set(symbols))
     for first_name, second_name in combinations(present_symbols, 2):
         if find_stem(first_name) == find_stem(second_name):
@@ -256,17 +256,17 @@ def _exchange_similar_symbols(entry: Node, symbols: Iterable[str]) -> Iterator[E
 
 
 def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
-    """Yield a sine or cosine with a joint variable added to its angle, subtracted from it, or negated in it."""
+    """Yield the edits that add a joint variable to the angle of a sine or cosine, subtract it, or change its sign."""
     for joint in (Node("name", value=name) for name in symbols if _is_trig(node) and name.startswith("theta")):
         terms = [joint, -joint, TWO * joint]
-        if find_names(node.args[0]) != {joint.value}:  # negating a single angle is not a mistake in a sum of angles
+        if find_names(node.args[0]) != {joint.value}:  # a single angle is no sum in which a sign may be wrong
             terms.append(-(TWO * joint))
         for term in terms:
             yield Edit("angle-typed", node.with_args([node.args[0] + term]))
 
 
 def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[Node]:
-    """Return copies of an entry, in each of which one sine or cosine is replaced by its `replacement`."""
+    """Return copies of an entry; in each copy, `replacement` replaces one sine or cosine."""
     edits = _edit_each_node(entry, lambda node: iter([Edit("", replacement(node))] if _is_trig(node) else []))
     return [edit.entry for edit in edits]
 
@@ -277,25 +277,26 @@ def add_quarter_turn(node: Node) -> Node:
 
 
 def find_stem(name: str) -> str:
-    """Return the stem that similar names such as theta1 and theta2, or fy and fz, have in common."""
+    """Return the first letters of a name, which similar names such as theta1 and theta2, or fy and fz, have in common.
+    """
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 
 
 def _is_angle(node: Node) -> bool:
-    """Return whether a tree is an angle, that is, contains pi or a joint angle outside of function calls."""
+    """Return whether a tree is an angle: it contains pi or a joint angle outside of function calls."""
     if node.kind == "name":
         return node.value == "pi" or node.value.startswith("theta")
     return any(map(_is_angle, node.args)) and node.kind != "call"
 
 
 def _split_trig_of_sum(node: Node) -> Iterator[Edit]:
-    """Yield the sine or cosine of a sum, replaced by the sum or product of the sines or cosines of its terms."""
+    """Yield the edits that replace the sine or cosine of a sum by a sum or product of sines or cosines of its terms."""
     terms = split_terms(node.args[0])
     if len(terms) > 1:
         yield Edit("sum-of-angles-split", _add_terms(_make_trig_of_each_term(node)))
         yield Edit("sum-of-angles-split", _multiply(_make_trig_of_each_term(node)))
         signed_trigs = [-node.with_args(t.args) if t.kind == "neg" else node.with_args([t]) for t in terms]
-        yield Edit("sum-of-angles-split", _add_terms(signed_trigs))  # the minus of a term stands before the function
+        yield Edit("sum-of-angles-split", _add_terms(signed_trigs))  # the minus of a term is moved before the function
         yield Edit("bracket-missing", node.with_args([_add_terms(terms[:-1])]) + terms[-1])
 
 
@@ -311,7 +312,8 @@ def _multiply(factors: Sequence[Node]) -> Node:
 def _edit_angle(angle: Node) -> Iterator[Node]:
     """Yield an angle with one mistake in its terms.
 
-    A term is omitted or negated, a constant is scaled, all joint variables are multiplied, or only one of them is kept.
+    A term is omitted or has the wrong sign, a constant is scaled, the joint variables are multiplied instead of added,
+    or only one of them remains.
     """
     terms = split_terms(angle)
     joint_terms, constants = _split_constants(terms)
@@ -319,7 +321,7 @@ def _edit_angle(angle: Node) -> Iterator[Node]:
         other_terms = [*terms[:k], *terms[k + 1 :]]
         if other_terms:
             yield _add_terms(other_terms)
-            if len(joint_terms) > 1 or term in constants:  # negating a single angle is not a mistake in a sum of angles
+            if len(joint_terms) > 1 or term in constants:  # a single angle is no sum in which a sign may be wrong
                 yield _add_terms([*other_terms, -term])
         for factor in (TWO, HALF, DEGREES_PER_RADIAN) if term in constants else ():
             yield _add_terms([*other_terms, factor * term])
@@ -331,7 +333,7 @@ def _edit_angle(angle: Node) -> Iterator[Node]:
 
 
 def _split_constants(terms: Sequence[Node]) -> tuple[list[Node], list[Node]]:
-    """Return the terms of an angle that contain names of joint variables, and the constant terms."""
+    """Return the terms of an angle that contain joint variables, and the constant terms."""
     return [term for term in terms if find_names(term)], [term for term in terms if not find_names(term)]
 
 
@@ -339,9 +341,9 @@ def _split_constants(terms: Sequence[Node]) -> tuple[list[Node], list[Node]]:
 
 
 def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield the names of mistakes, each with all entries after the mistake was made in all of them.
+    """Yield the names of mistakes, each with all entries after this mistake.
 
-    The mistake is made in every angle, or wherever one angle occurs, or wherever a length occurs.
+    The mistake is made in every angle, or wherever a certain angle or length occurs.
     """
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _find_angles(entry)))
     sums = [angle for angle in angles if len(split_terms(angle)) > 1]
@@ -367,9 +369,9 @@ def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list
 
 
 def _use_relative_rates(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
-    """Yield the entries with the rate of a single joint, or of each joint, where rates of parallel joints are added.
+    """Yield the entries with single rates instead of sums of rates of parallel joints.
 
-    If a rate qd2 occurs only in the sum qd1 + qd2, this replaces qd2 by qd2 - qd1.
+    A rate qd2 is replaced by qd2 - qd1, so that the sum qd1 + qd2 becomes qd2.
     """
     names = sorted({name for row in rows for entry in row for name in find_names(entry) if _is_rate(name)})
     rates = [Node("name", value=name) for name in names]
@@ -397,9 +399,9 @@ def _replace_angle(new_angles: Mapping[Node, Node], node: Node) -> Node:
 
 
 def exchange_trigs(term: Node, max_count: int) -> list[Node]:
-    """Return copies of a term in which some or all of its sines and cosines are exchanged.
+    """Return copies of a term in which sines and cosines are exchanged: one, several or all of them.
 
-    If the term has more than `max_count` different ones, all are exchanged.
+    If the term has more than `max_count` different ones, only all of them are exchanged together.
     """
     trigs = list(dict.fromkeys(node for node in iterate_nodes(term) if _is_trig(node)))
     counts = range(1, len(trigs) + 1) if len(trigs) <= max_count else [len(trigs)]
@@ -425,9 +427,9 @@ def _change_trigs(node: Node, change: Callable[[Node], Node]) -> Node:
 
 
 def replace_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
-    """Return a tree with each node replaced for which `change` returns a new node instead of None.
+    """Return a tree in which each node is replaced for which `change` returns a new node, not None.
 
-    Unchanged subtrees remain the same objects, so their cached results can be used.
+    Unchanged subtrees remain the same objects, so that cached results can be used.
     """
     replacement = change(node)
     return node.with_args([replace_nodes(arg, change) for arg in node.args]) if replacement is None else replacement
@@ -448,9 +450,9 @@ def _scale_constants(factor: Node) -> Callable[[Node], Node]:
 
 
 def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:
-    """Return a function that reduces a sum of joint angles to the last joint angle.
+    """Return a function that keeps only the last joint angle of a sum of joint angles.
 
-    If `keeps_constants`, the constants of the sum remain.
+    If `keeps_constants`, the constants of the sum remain, too.
     """
 
     def reduce_angle(angle: Node) -> Node:

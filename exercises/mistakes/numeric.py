@@ -27,7 +27,8 @@ from qdot.exercises.reference_answers import Number
 
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with all angles of the table in degrees, only the joint variables, or only the base's angles."""
+    """Yield variants with angles in degrees: all angles of the table, only joint variables, or only those of the base.
+    """
     revolute_joints = chain.revolute_joints
     if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})
@@ -67,16 +68,13 @@ def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
-    """Return a function that yields the variant with all lengths scaled, and with them the rates of prismatic joints.
-
-    The answer is then scaled by the power with which it depends on lengths; an angle is not changed at all.
-    """
+    """Return a function that yields the variant with all lengths and the rates of prismatic joints scaled."""
 
     def scale_table(stages: StageResults, table: Table) -> Table:
         scale = stages.arithmetic.convert_entry(factor)
 
         def scale_displacement(d: np.ndarray) -> np.ndarray:
-            """Return a scaled displacement, with an imaginary step that is unchanged, so its derivative stays 1."""
+            """Return a scaled displacement with an unchanged imaginary step, so that its derivative stays 1."""
             return np.asarray(d + d.real * (scale - 1))
 
         return replace(
@@ -97,7 +95,7 @@ def _scale_lengths(factor: sp.Expr) -> VariantGenerator:
 def _scale_revolute_entries(factor: float) -> VariantGenerator:
     """Return a function that yields the variant with the entries of revolute joints scaled.
 
-    The function yields nothing if the result does not have one entry for each joint.
+    There is no variant unless the result has one entry for each joint.
     """
 
     def generate(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
@@ -115,7 +113,7 @@ RatesWithWords = Iterator[tuple[np.ndarray, str]]
 
 
 def _change_path_rates(list_wrong_rates: Callable[[Chain, PathDetails], RatesWithWords]) -> AnswerGenerator:
-    """Return a function that yields answers with the wrong joint rates along a path from `list_wrong_rates`."""
+    """Return a function that yields answers with the wrong joint rates along a path that `list_wrong_rates` gives."""
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
         if part.kind == "path-rates" and isinstance(part.answer, Number):
@@ -158,7 +156,7 @@ def _drop_offset(chain: Chain, details: PathDetails) -> RatesWithWords:
 
 
 def _list_lines_without_offset(chain: Chain, details: PathDetails) -> Iterator[tuple[StraightPath, int]]:
-    """Yield the line that the arm follows without the offset of a joint, and the joint (from 1), for each offset."""
+    """Yield, for each joint offset, the line of an arm without this offset, and the number of the joint (from 1)."""
     for i, (joint, offset, q) in enumerate(zip(chain.joints, chain.offsets, chain.q, strict=True)):
         if offset != 0:
             new_joint = joint.with_variable_entry(q)
@@ -167,7 +165,7 @@ def _list_lines_without_offset(chain: Chain, details: PathDetails) -> Iterator[t
 
 
 def _reverse_path(chain: Chain, details: PathDetails) -> RatesWithWords:
-    """Yield the rates on the line away from the target, the negative rates, and those on the way back from the end."""
+    """Yield the rates on the line away from the target, the negative rates, and the rates on the way back."""
     welding_line, distance, speed = details.welding_line, details.distance, details.welding_line.speed
     line = welding_line.make_path(chain)
     target = [sp.Float(2 * a - float(b)) for a, b in zip(line.start_point, welding_line.target.values(), strict=True)]

@@ -1,8 +1,8 @@
 """Mistakes in the position of the point of interest P, which is the sum of the link vectors from the base to P.
 
-A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the
-angles of the run's revolute joints up to the link's own joint; the relative angle is the last of these angles.
-Links and joints are counted from 0. The last link vector leads from the origin of P's frame to P.
+A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the angles of
+the revolute joints in the run up to the link; its relative angle is only the last of these angles. Links and joints are
+counted from 0. The last link vector leads from the origin of P's frame to P.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,7 +35,7 @@ def find_first_joint_of_run(chain: Chain, link: int) -> int:
 
 
 def list_earlier_joints(chain: Chain, link: int) -> list[int]:
-    """Return the revolute joints up to a link in the same run, except the last, which gives the relative angle."""
+    """Return the revolute joints of a run up to a link, except the last, whose angle is the link's relative angle."""
     last_joint = min(link, chain.n - 1)
     run = range(find_first_joint_of_run(chain, link), last_joint + 1)
     return [i for i in run if chain.joints[i].is_revolute][:-1]
@@ -44,7 +44,7 @@ def list_earlier_joints(chain: Chain, link: int) -> list[int]:
 def _compute_rotation_without(
     stages: StageResults, frame: int, omitted_joints: list[int], keeps_offsets: bool = False
 ) -> np.ndarray:
-    """Return the rotation of a frame without the angles of some joints; their offsets remain if `keeps_offsets`."""
+    """Return the rotation of a frame without the angles of some joints; if `keeps_offsets`, their offsets remain."""
     rotation = stages["base rotation"]
     for i, row in enumerate(stages["table"].rows[:frame]):
         constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_offsets else row.theta * 0
@@ -64,7 +64,7 @@ def _compute_relative_link(stages: StageResults, link: int, keeps_offsets: bool 
 
 
 def list_nonzero_links(chain: Chain) -> list[int]:
-    """Return the links between the base and P whose vectors are not zero."""
+    """Return the links between the base and P with nonzero vectors."""
     is_nonzero = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     is_nonzero.append(not chain.point.is_origin)
     return [link for link in list_links_to_point(chain) if is_nonzero[link]]
@@ -73,7 +73,7 @@ def list_nonzero_links(chain: Chain) -> list[int]:
 def make_link_words(chain: Chain, link: int) -> dict[str, object]:
     """Return the word for the placeholder "link" of a message: the number of a link, counted from 1.
 
-    The vector to P has the number of the frame from which it starts.
+    The vector to P has the number of the frame from whose origin it starts.
     """
     return {"link": chain.point.frame if link == chain.n else link + 1}
 
@@ -82,7 +82,7 @@ def _vary_each_link(
     change: Callable[[StageResults, LinkVectors, int], np.ndarray],
     applies: Callable[[Chain, int], bool] = lambda chain, link: True,
 ) -> VariantGenerator:
-    """Return a function that yields one variant per link that `applies` accepts, with this link's vector changed."""
+    """Return a function that yields one variant for each link that `applies` accepts, with its vector changed."""
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for link in list_nonzero_links(chain):
@@ -106,12 +106,12 @@ def _use_relative_angle(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 
 
 def _list_offset_choices(chain: Chain) -> tuple[bool, ...]:
-    """Return the choices for keeping joint offsets: False, and also True if a revolute joint has an offset."""
+    """Return the values of `keeps_offsets` to try: False, and also True if a revolute joint has an offset."""
     return (False, True) if any(chain.offsets[i] != 0 for i in chain.revolute_joints) else (False,)
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants in which all links, or all links and all frames, ignore the earlier joints of their runs."""
+    """Yield variants with relative instead of absolute angles in all links, or in all links and frames."""
 
     def change_rotations(
         stages: StageResults, correct_rotations: list[np.ndarray], keeps_offsets: bool
@@ -159,7 +159,7 @@ def _has_angle(chain: Chain, link: int) -> bool:
 
 
 def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant with sine and cosine exchanged in all links, for arms with several rotating links."""
+    """Yield the variant with sines and cosines exchanged in all links, if several links rotate."""
 
     def swap(stages: StageResults, links: LinkVectors) -> LinkVectors:
         return [_swap_coordinates(stages, links, k) if k in rotated_links else vector for k, vector in enumerate(links)]
@@ -170,7 +170,7 @@ def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVaria
 
 
 def _slide_along_world_axes(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant in which the joints of a prismatic arm move along x, y and z of the world frame, in order."""
+    """Yield the variant in which the joints of a prismatic arm move along the world axes x, y and z, in this order."""
 
     def apply_change(stages: StageResults, links: LinkVectors) -> LinkVectors:
         rows = enumerate(stages["table"].rows)

@@ -1,7 +1,7 @@
-"""Mistakes in the formula of an instructor's question, such as another component or frame, or a forgotten root.
+"""Mistakes in the formula of an instructor's question, such as another component or frame, or a missing root.
 
-The stages of the derivation stay correct. A mistake rewrites the formula of the question, or substitutes other values
-for its symbols, and the wrong answer is the value of the new formula.
+The stages of the derivation stay correct. A mistake rewrites the formula, or substitutes other values for its symbols.
+The wrong answer is the value of the new formula.
 """
 
 import ast
@@ -22,15 +22,15 @@ from qdot.exercises.questions.custom import CustomDetails
 from qdot.exercises.questions.language import AXES, find_names, parse
 
 Rewriting = Callable[[ast.expr], ast.expr | None]
-"""Returns the new form of a node of a formula, or None for a node that stays unchanged."""
+"""A function that returns a new node in place of a node of a formula, or None to leave the node unchanged."""
 ALL_OF_ANSWER = "In your answer,"
-"""The place of a mistake that concerns the whole answer."""
+"""The words in a message for a mistake that concerns the whole answer."""
 _FRAME_NUMBER = re.compile(r"([oxyz]|[RT]\d)(\d)")
-"""Matches names such as o1, z0 and R02, and the last frame in them."""
+"""Matches names such as o1, z0 and R02. The second group is the last frame."""
 
 
 def find_formula(part: Part) -> ast.expr | None:
-    """Return the formula of an instructor's question; None for other questions, sets, options and texts."""
+    """Return the formula of an instructor's question; None for other questions, and for sets, options and texts."""
     if not isinstance(part.details, CustomDetails) or part.answer.offered_options:
         return None
     maker = part.details.maker
@@ -40,7 +40,7 @@ def find_formula(part: Part) -> ast.expr | None:
 def _vary_formula(
     list_variants: Callable[[ast.expr, Chain, Part], Iterator[MistakeVariant]],
 ) -> FormulaVariantGenerator:
-    """Return a function that yields the variants of a mistake in the formula of an instructor's question, if any."""
+    """Return a function that yields the variants of a mistake in the formula of a question, if there is a formula."""
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakeVariant]:
         formula = find_formula(part)
@@ -72,13 +72,13 @@ def _make_variant(part: Part, new_formula: ast.expr, **words: str) -> MistakeVar
 
 
 class _Rewriter(ast.NodeTransformer):
-    """Replaces the nodes of a formula for which a rewriting returns another one, from the inner nodes to the outer."""
+    """Replaces the nodes of a formula for which a rewriting returns a new node, inner nodes first."""
 
     def __init__(self, rewriting: Rewriting) -> None:
         self.rewriting = rewriting
 
     def visit(self, node: ast.AST) -> ast.AST:
-        """Return the node with its replaced parts, or its own replacement."""
+        """Return the node with its inner nodes replaced, or the new node."""
         node = self.generic_visit(node)
         return (self.rewriting(node) if isinstance(node, ast.expr) else None) or node
 
@@ -93,7 +93,7 @@ def _rewrite(formula: ast.expr, rewriting: Rewriting) -> ast.expr:
 
 
 def _exchange_components(formula: ast.expr) -> Iterator[Rewriting]:
-    """Yield the exchange of x and y, and of other pairs of components or rows, wherever the formula selects one."""
+    """Yield the rewritings that exchange two components, or two rows, wherever the formula selects one of them."""
     for i, j in combinations(range(len(AXES)), 2):
         yield partial(_select_other_component, i=i, j=j)
 
@@ -118,7 +118,7 @@ def _is_zero(node: ast.expr) -> bool:
 
 
 def _omit_components(formula: ast.expr) -> Iterator[Rewriting]:
-    """Yield the omission of the first, second or third component of each vector with several components."""
+    """Yield the rewritings that omit the first, second or third component of vectors with several components."""
     for index in range(len(AXES)):
         yield partial(_omit_component, index=index)
 
@@ -134,7 +134,7 @@ def _omit_component(node: ast.expr, index: int) -> ast.expr | None:
 
 
 def _choose_next_frames(formula: ast.expr) -> Iterator[Rewriting]:
-    """Yield the replacement of every frame in the formula by the frame before it, or after it."""
+    """Yield the rewritings that replace every frame in the formula by the frame before it, or after it."""
     for step in (-1, 1):
         yield partial(_shift_frame, step=step)
 
@@ -152,7 +152,7 @@ def _replace_name(node: ast.expr, name: str, replacement: ast.expr) -> ast.expr 
 
 
 def _replace_norm(*new_formulas: str) -> Callable[[ast.expr], Iterator[Rewriting]]:
-    """Return a function that yields the replacement of norm(u), or of the root of squares, by each formula in u."""
+    """Return a function that yields the rewritings that replace norm(u), or a root of squares, by formulas in u."""
 
     def replace(node: ast.expr, new_formula: str) -> ast.expr | None:
         match node:
@@ -168,7 +168,7 @@ def _replace_norm(*new_formulas: str) -> Callable[[ast.expr], Iterator[Rewriting
 
 
 def _list_squared(radicand: ast.expr) -> list[ast.expr]:
-    """Return what is squared in a square or a sum of squares; nothing for another formula."""
+    """Return the bases in a square or a sum of squares; [] for any other formula."""
     match radicand:
         case ast.BinOp(left=base, op=ast.Pow(), right=ast.Constant(value=2)):
             return [base]
@@ -220,7 +220,7 @@ def _transpose_other_factor(node: ast.expr) -> ast.expr | None:
 
 
 def _transpose_last_factor(node: ast.expr) -> ast.expr | None:
-    """Return m J J^T for m J^T J, and J m J^T for J^T m J."""
+    """Return m J J^T for m J^T J, and J m J^T for J^T m J; m is any factor."""
     match node:
         case ast.BinOp(left=ast.BinOp(left=first, op=ast.Mult(), right=second), op=ast.Mult(), right=last):
             matrices = [first, second]
@@ -233,7 +233,7 @@ def _transpose_last_factor(node: ast.expr) -> ast.expr | None:
 
 
 def _multiply_by_task_rows(node: ast.expr, columns: Sequence[int]) -> ast.expr | None:
-    """Return J f, with two components of f, for Jv^T f, because Jv f has no meaning for a planar arm."""
+    """Return J f for Jv^T f, with two components of f, because Jv f is undefined for a planar arm."""
     match node:
         case ast.BinOp(left=ast.Call(func=ast.Name(id="transpose"), args=[ast.Name(id="Jv")]), right=ast.List(elts=f)):
             if len(f) == len(AXES):
@@ -245,7 +245,7 @@ def _multiply_by_task_rows(node: ast.expr, columns: Sequence[int]) -> ast.expr |
 
 
 def _substitute(formula: ast.expr, values: Mapping[str, str]) -> ast.expr:
-    """Return the formula at other values of some symbols, which are formulas themselves."""
+    """Return the formula with other values of some symbols; the values are formulas, too."""
     return ast.Call(ast.Name("at"), [formula], [ast.keyword(name, parse(value)) for name, value in values.items()])
 
 
@@ -254,9 +254,9 @@ def _list_units(chain: Chain, part: Part) -> dict[str, str]:
 
 
 def _forget_factors(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the number without each symbol that the question introduces or gives, such as g or a joint rate.
+    """Yield variants without one symbol that the question introduces or gives, such as g or a joint rate.
 
-    Numbers in the formula are left out, too.
+    The last variant is without the numbers in the formula.
     """
     details = part.details_as(CustomDetails)
     names = {name for name, _ in details.definition.units} | {symbol.name for symbol in details.values}
@@ -278,26 +278,27 @@ def _omit_number(node: ast.expr) -> ast.expr | None:
 
 
 def _leave_out_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the formula without each component of the load or of the velocity of the task; a number without a rate."""
+    """Yield variants without one component of the load or of the task velocity, or without one joint rate in a number.
+    """
     for name in [*_list_components(chain, part), *(rate.name for rate in chain.rates if part.type == "number")]:
         yield _make_variant(part, _substitute(formula, {name: "0"}), symbol=name)
 
 
 def _change_signs(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the formula with another sign of each component of the load or of the velocity of the task."""
+    """Yield variants with the opposite sign of one component of the load or of the task velocity."""
     for name in _list_components(chain, part):
         yield _make_variant(part, _substitute(formula, {name: f"-{name}"}), symbol=name)
 
 
 def _list_components(chain: Chain, part: Part) -> list[str]:
-    """Return the names of the components of the load and of the velocity of the task that a formula may contain."""
+    """Return the names of the components of the load and of the task velocity that a formula may contain."""
     return [name for name in _list_units(chain, part) if len(name) == 2 and name[0] in "fmvw" and name[1] in AXES]
 
 
 def _exchange_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the formula with two similar symbols exchanged, such as fx and fy, or two masses.
+    """Yield variants with two similar symbols exchanged, such as fx and fy, or two masses.
 
-    Lengths, which are numbers in the tables of some arms, are exchanged in the table.
+    Lengths are not among them, because another mistake exchanges lengths in the table.
     """
     units = {name: unit for name, unit in _list_units(chain, part).items() if unit != "rad" and not is_length(name)}
     for one, other in combinations(units, 2):
@@ -306,7 +307,7 @@ def _exchange_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[M
 
 
 def _use_unit_vector(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the formula with a unit vector in the place of the velocity of the task, or of the force."""
+    """Yield variants with a unit vector instead of the task velocity or the force."""
     for letter in "vf":
         names = [letter + row[1] for row in chain.task if row[0] == "v"]
         length = f"sqrt({' + '.join(f'{name}^2' for name in names) or '1'})"
@@ -314,7 +315,8 @@ def _use_unit_vector(formula: ast.expr, chain: Chain, part: Part) -> Iterator[Mi
 
 
 def _drop_cross_terms(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the sum of what each joint rate contributes alone to a formula that contains squares, such as an energy."""
+    """Yield the variant that adds the results for each joint rate alone, in a formula with squares, such as an energy.
+    """
     names, text = [rate.name for rate in chain.rates], ast.unparse(formula)
     square_count = text.count("** 2") + text.count("dot(")
     if len(names) > 1 and square_count > text.count("norm(") and "sqrt(" not in text:
@@ -323,14 +325,14 @@ def _drop_cross_terms(formula: ast.expr, chain: Chain, part: Part) -> Iterator[M
 
 
 def _use_degrees(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield a number whose formula contains joint angles in degrees."""
+    """Yield the variant of a number with joint angles in degrees."""
     names = find_names(formula) & {name for name, unit in _list_units(chain, part).items() if unit == "rad"}
     if part.type == "number" and names:
         yield _make_variant(part, _substitute(formula, {name: f"180/pi*{name}" for name in names}))
 
 
 def _scale(text: str) -> Callable[[ast.expr, Chain, Part], Iterator[MistakeVariant]]:
-    """Return a function that yields a number multiplied by a factor."""
+    """Return a function that yields the variant of a number with an additional factor."""
 
     def list_variants(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
         product = ast.BinOp(parse(text), ast.Mult(), formula)
@@ -361,4 +363,4 @@ FORMULA_VARIANTS: dict[str, FormulaVariantGenerator] = {
     "entry-halved": _vary_formula(_scale("1/2")),
     "entry-doubled": _vary_formula(_scale("2")),
 }  # fmt: skip
-"""Maps the name of each mistake in the formula of a question to the function that yields its variants."""
+"""Maps the name of each mistake in the formula of a question to a function that yields its variants."""

@@ -38,12 +38,12 @@ SCREW_STAGES = ("home screws", "space jacobian", "body jacobian")
 
 
 def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
-    """Return a function that yields one variant per stage, in which the change is applied to that stage."""
+    """Return a function that yields one variant for each stage, in which this stage is changed."""
     return lambda chain, _: (MistakeVariant({stage: change}) for stage in stages)
 
 
 def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
-    """Return the screws with the sign of v flipped for revolute joints."""
+    """Return the screws with the opposite sign of v for revolute joints."""
     return scale_entries((slice(3, None), list_joints_of_kind(stages, REVOLUTE)), factor=-1)(stages, columns)
 
 
@@ -79,7 +79,7 @@ def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mi
 def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the home screws as the space Jacobian, and with the home screws about P as the body Jacobian.
 
-    These variants forget that the joints move the screws and P.
+    A student who makes this mistake forgets that the joints move the screws and P.
     """
 
     def move_to_point(stages: StageResults, _: np.ndarray) -> np.ndarray:
@@ -94,7 +94,7 @@ def _use_home_screws(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with the body Jacobian instead of the space Jacobian, and vice versa."""
     yield MistakeVariant(
-        # the body Jacobian is computed from the space Jacobian, so it must not contain this change
+        # use the correct body Jacobian, because it would otherwise be computed from the changed space Jacobian
         {"space jacobian": lambda stages, _: stages.without_changes_of("space jacobian")["body jacobian"]},
         words={"wanted": "space", "taken": "body"},
     )
@@ -104,7 +104,7 @@ def _use_other_frame(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _reorder_geometric_rows(stages: StageResults) -> np.ndarray:
-    """Return the geometric Jacobian, whose linear velocities are those of P, with its rows in the order (omega, v)."""
+    """Return the geometric Jacobian, with the velocities of P, in the order of rows (omega, v)."""
     return np.roll(stages["geometric jacobian"], shift=3, axis=0)
 
 
@@ -112,7 +112,7 @@ def _reorder_geometric_rows(stages: StageResults) -> np.ndarray:
 
 
 def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> VariantGenerator:
-    """Return a function that yields the variant in which `build` builds the adjoint matrix [Ad T].
+    """Return a function that yields the variant in which `build` computes the adjoint matrix [Ad T].
 
     The arguments of `build` are the rotation (3, 3, …) and the origin (3, …) of the body frame.
     """
@@ -207,7 +207,7 @@ def _compute_home_point(stages: StageResults) -> np.ndarray:
 
 
 def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with the exponentials in reverse order, in the pose or in the columns of the space Jacobian."""
+    """Yield variants with the exponentials in reverse order: in the pose, or in the space Jacobian."""
     if chain.n > 1:
         yield MistakeVariant({
             "body rotation": lambda stages, _: reduce(_compose, _compute_exponentials(stages)[::-1]).rotation,
@@ -222,7 +222,7 @@ def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants without the translation (I - R) a in the exponentials of all joints, or of one joint.
 
-    a is a point on the axis of the joint. Without the translation, the joint rotates about the origin.
+    Here a is a point on the axis of the joint. Without this translation, the joint would rotate about the origin.
     """
 
     def list_motions(stages: StageResults, changed_joints: Sequence[int]) -> list[Motion]:
@@ -235,7 +235,7 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def change_columns(stages: StageResults, _: np.ndarray, changed_joints: Sequence[int]) -> np.ndarray:
         return _move_screws(stages, list_motions(stages, changed_joints))
 
-    translating_joints = [  # the translation is zero for an axis through the origin
+    translating_joints = [  # for an axis through the origin, the translation is zero
         i
         for i, axis in enumerate(compute_home_geometry(chain).axes)
         if axis.is_revolute and any(axis.direction.cross(axis.point))
@@ -244,15 +244,14 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     for joints in (*all_joints, *([i] for i in translating_joints)):
         words = make_joint_words(joints)
         yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words=words)
-        if joints[0] < chain.n - 1:  # the last joint moves no screw
+        if joints[0] < chain.n - 1:  # the last joint moves no other screw
             yield MistakeVariant({"space jacobian": partial(change_columns, changed_joints=joints)}, words=words)
 
 
 def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants with joint angles in degrees instead of radians, or converted to radians twice.
 
-    The linear rows are propagated, because a derivative with respect to an angle in degrees would have an additional
-    factor.
+    Linear rows are computed by propagation, because derivatives with respect to degrees would have another factor.
     """
 
     def scale(stages: StageResults, table: Table, factor: sp.Expr) -> Table:

@@ -2,7 +2,7 @@
 
 A set consists of components (`singularities.singular_set`). A component has conditions that must hold simultaneously,
 such as sin(theta2) = 0. Its solutions give the values of a joint for each condition, such as 0 and pi for theta2. A
-component without solutions has a condition that ties several joints.
+component without solutions has a condition that ties several joints, such as a condition on theta2 and theta3.
 """
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
@@ -32,8 +32,7 @@ MAX_COMBINATIONS = 20
 def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]) -> AnswerGenerator:
     """Return a function that yields the wrong sets that `change` makes from the components of the correct set.
 
-    Mistakes whose message asks about the determinant are made only in the set of singular configurations, and the
-    advice to set its factors to zero is given only there.
+    Mistakes with messages about the determinant are made only in sets of singular configurations.
     """
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -48,19 +47,19 @@ def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]
 
 
 def _write_advice(chain: Chain) -> str:
-    """Return a sentence, without its full stop, that says what the student should set to zero."""
+    """Return advice on what to set to zero, as a sentence without a full stop."""
     if chain.has_square_jacobian:
         return "Set every factor of det J to zero"
     return "Find all ways in which all maximal minors can be zero at the same time"
 
 
 def write_zero_question(chain: Chain) -> str:
-    """Return the question, without its mark, with which a student can test whether a configuration is singular."""
+    """Return a question, without its question mark, by which a student can test whether a configuration is singular."""
     return "Is det J zero there" if chain.has_square_jacobian else "Are all maximal minors zero there"
 
 
 def advise_on_any_set(words: Mapping[str, object]) -> dict[str, object]:
-    """Return the words for a message about a set, with advice that doesn't mention the determinant of J."""
+    """Return the words for a message about any set, in which advice on the determinant of J is replaced."""
     return {**words, "every": "Find all ways in which the condition can hold"} if "every" in words else dict(words)
 
 
@@ -73,9 +72,9 @@ def _replace_component(components: Components, index: int, new_component: Compon
 
 
 def _keep_one_value(component: Component, value_index: int, only_joint: sp.Symbol | None = None) -> Component:
-    """Return a component with only the value of each joint at an index, or its last value if there are fewer values.
+    """Return a component with a single value of each joint: that at an index, or the last one if there are fewer.
 
-    If `only_joint` is given, the other joints keep all their values.
+    If `only_joint` is given, the other joints keep all values.
     """
     solutions = component.solutions and tuple(
         (q, values[: value_index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
@@ -89,17 +88,17 @@ def _find_multivalued_components(components: Components) -> list[int]:
 
 
 def _keep_one_value_in(components: Components, indices: Collection[int], value_index: int) -> MistakenAnswer:
-    """Return the answer with only one value of each joint in the components with these indices."""
+    """Return the answer with a single value of each joint in the components with these indices."""
     return _make_answer([_keep_one_value(c, value_index) if k in indices else c for k, c in enumerate(components)])
 
 
 def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers with one value instead of several, in all components, in one component, or for one joint."""
+    """Yield answers that give one value of a joint instead of several: in all components, in one, or for one joint."""
     indices = _find_multivalued_components(components)
     for value_index in (0, 1):
         for chosen_indices in [*([indices] if len(indices) > 1 else []), *([k] for k in indices)]:
             yield _keep_one_value_in(components, chosen_indices, value_index)
-        for k in indices:  # reduce the values of only one of several joints
+        for k in indices:  # only one of several joints has a single value
             solutions = components[k].solutions or ()
             for joint, _ in solutions if len(solutions) > 1 else ():
                 shortened_component = _keep_one_value(components[k], value_index, joint)
@@ -107,7 +106,7 @@ def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAns
 
 
 def name_missed_component(chain: Chain, component: Component) -> tuple[str, dict[str, object]]:
-    """Return the name of the mistake in which a component is omitted, and the words for its message."""
+    """Return the name of the mistake of omitting a component, and the words for the message."""
     if _ties_several_joints(chain, component):
         return "shoulder-missed", {"every": _write_advice(chain), "instead": ""}
     return "component-missed", {"kind": "a condition on a joint variable", "every": _write_advice(chain)}
@@ -132,7 +131,7 @@ def _ties_several_joints(chain: Chain, component: Component) -> bool:
 def _miss_tied_conditions(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers without the conditions that tie several joints, such as a shoulder singularity.
 
-    Values of one joint may be given instead. The remaining conditions can be found by looking at one joint at a time.
+    The answer may give values of a single joint instead.
     """
     untied_components = [component for component in components if not _ties_several_joints(chain, component)]
     if len(untied_components) == len(components):
@@ -145,7 +144,7 @@ def _miss_tied_conditions(chain: Chain, components: Components) -> Iterator[Mist
 
 
 def _list_false_components(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints that are falsely called singular, each with a component of falsely singular values."""
+    """Yield joints that a student may falsely call singular, each with a component of such values."""
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.is_revolute and q not in singular_joints:
@@ -245,7 +244,7 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
     def generate(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
         prismatic_joints = {chain.q[i] for i in chain.prismatic_joints}
         for constants in (dict(zip(chain.q, chain.offsets, strict=True)), _find_constants(chain, components)):
-            offsets = {  # a shift by half a turn is skipped because it usually gives the same set
+            offsets = {  # skip shifts by half a turn, which usually give the same set
                 q: factor * constant
                 for q, constant in constants.items()
                 if constant != 0 and (q in prismatic_joints or sp.sin(factor * constant) != 0)
@@ -274,20 +273,20 @@ def _find_constants(chain: Chain, components: Components) -> dict[sp.Symbol, sp.
 
 
 def _shift_by_offset(component: Component, offsets: Mapping[sp.Symbol, sp.Expr]) -> Component:
-    """Return a component with q replaced by q - c, for each joint variable q with a constant c in `offsets`."""
+    """Return a component in which q - c replaces each joint variable q that has a constant c in `offsets`."""
     conditions = tuple(condition.xreplace({q: q - c for q, c in offsets.items()}) for condition in component.conditions)
     return replace(component.map_values(lambda q, value: value + offsets.get(q, 0)), conditions=conditions)
 
 
 def _split_conjunction(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers in which conditions that must hold simultaneously are alternatives."""
+    """Yield answers with alternatives instead of conditions that must hold simultaneously."""
     for k, component in enumerate(components):
         if len(component.conditions) > 1:
             yield _make_answer((*components[:k], *_keep_conditions(component, condition_count=1), *components[k + 1 :]))
 
 
 def _zero_each_term(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers in which every term of a sum is zero, although the terms may also cancel."""
+    """Yield answers that set every term of a sum to zero, although the terms may also cancel."""
     for k, component in enumerate(components):
         terms = sp.Add.make_args(component.conditions[0])
         if component.solutions is None and len(component.conditions) == 1 and len(terms) > 1:
@@ -295,7 +294,7 @@ def _zero_each_term(chain: Chain, components: Components) -> Iterator[MistakenAn
 
 
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers with one value instead of several in two or three of the components."""
+    """Yield answers that give one value of a joint instead of several, in two or three of the components."""
     indices = _find_multivalued_components(components)
     for chosen_count in range(2, min(len(indices), 4)):
         for chosen_indices, value_index in product(combinations(indices, chosen_count), (0, 1)):
@@ -303,9 +302,9 @@ def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[Mistak
 
 
 def _join_alternatives(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers in which alternatives have become conditions that must hold simultaneously.
+    """Yield answers in which alternatives must hold simultaneously.
 
-    Two of the alternatives that give joint values are joined, or all of them.
+    Either two alternatives that give joint values are joined, or all of them.
     """
     solved_components = [component for component in components if component.solutions is not None]
     for joined_count in sorted({2, len(solved_components)} - {0, 1}):
@@ -318,7 +317,7 @@ def _join_alternatives(chain: Chain, components: Components) -> Iterator[Mistake
 
 
 def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers in which a sufficient condition is restricted by an unnecessary condition on another joint."""
+    """Yield answers that add an unnecessary condition on another joint to a sufficient condition."""
     sole_solutions = [c.solutions[0] for c in components if c.solutions and len(c.solutions) == 1]
     sufficient_values = {(q, value) for q, values in sole_solutions for value in values}
     for k, component in enumerate(components):
@@ -327,12 +326,12 @@ def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAns
             if component.solutions and q not in singular_joints:
                 for value in (sp.S.Zero, sp.pi) if joint.is_revolute else (sp.S.Zero,):
                     new_component = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    if (q, value) not in sufficient_values:  # otherwise, the whole component is left out
+                    if (q, value) not in sufficient_values:  # otherwise, the whole component would be left out
                         yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
 
 
 def _invert_tangent(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield the answer in which the ratio in each arctangent is inverted."""
+    """Yield the answer with the ratio in each arctangent inverted."""
 
     def invert(value: sp.Expr) -> sp.Expr:
         return value.replace(sp.atan, lambda ratio: sp.atan(1 / ratio))
@@ -356,7 +355,7 @@ def _flip_values(chain: Chain, components: Components) -> Iterator[MistakenAnswe
 
 
 def _call_all_singular(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield the answer that the arm is singular if any of its revolute joints is at 0 or pi."""
+    """Yield the answer that the arm is singular whenever a revolute joint is at 0 or pi."""
     revolute_joints = [chain.q[i] for i in chain.revolute_joints]
     if len(revolute_joints) > 1:
         zeros = [Component((sp.sin(q),), ((q, (sp.S.Zero, sp.pi)),)) for q in revolute_joints]

@@ -1,7 +1,7 @@
 """Mistakes in reading the DH table, the base and the point of interest.
 
-All derivations start from the standard table. A mistake in row i of a modified table changes the
-same entries where the standard table has them: a and alpha are in the previous standard row, or in the base.
+All derivations start from the standard table. The a and alpha in row i of a modified table are in row i - 1 of the
+standard table, or in the base; a mistake changes them there.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -37,13 +37,13 @@ from qdot.exercises.mistakes.base import (
 )
 
 MAX_ROWS_FOR_ANY_PAIR = 4
-"""In tables with at most this many rows, any two rows may be confused; in longer tables, only adjacent rows."""
+"""Maximum number of rows of a table in which any two rows may be confused. In longer tables, only adjacent rows are."""
 
 
 def _change_row(
     index: int, change: Callable[[StageResults, TableRow], dict[str, Any]], **words: object
 ) -> MistakeVariant:
-    """Return a variant that changes entries of one row of the table that students see."""
+    """Return the variant that changes entries in one row of the table that students see."""
 
     def apply_change(stages: StageResults, table: Table) -> Table:
         return _change_entries(stages, table, index, **change(stages, _find_convention_row(stages, table, index)))
@@ -56,7 +56,7 @@ def _find_convention_row(stages: StageResults, table: Table, index: int) -> Tabl
     row, link_row_index = table.rows[index], _find_link_row(stages, index)
     if link_row_index >= 0:
         return replace(row, a=table.rows[link_row_index].a, alpha=table.rows[link_row_index].alpha)
-    shift = table.base_position[0]  # the first a of a modified table, but only if students see no base
+    shift = table.base_position[0]  # this is the first a of a modified table if students see no base
     return replace(row, a=shift if convention_of(stages.chain).base.is_world else shift * 0, alpha=table.base_tilt)
 
 
@@ -73,14 +73,15 @@ def _change_entries(stages: StageResults, table: Table, index: int, **new_entrie
 
 
 def _find_link_row(stages: StageResults, index: int) -> int:
-    """Return the index of the standard row with the a and alpha of a row that students see; -1 stands for the base."""
+    """Return the index of the standard row that has the a and alpha of a row that students see; -1 is the base."""
     return index - 1 if convention_of(stages.chain).is_proximal else index
 
 
 def _change_each_row(
     applies: Callable[[Joint], bool], change: Callable[[StageResults, TableRow], dict[str, Any]]
 ) -> VariantGenerator:
-    """Return a function that yields one variant per row that `applies` accepts, with entries of this row changed."""
+    """Return a function that yields one variant for each row that `applies` accepts, with changed entries in this row.
+    """
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
@@ -99,9 +100,9 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _add_to_variable(make_term: Callable[[Chain, int], sp.Expr], kind: str) -> VariantGenerator:
-    """Return a function that yields one variant per joint of a kind, with a term added to the joint's variable.
+    """Return a function that yields one variant for each joint of a kind, with a term added to the joint's variable.
 
-    `make_term` returns the term for the arm and the joint. Joints for which it is zero are skipped.
+    `make_term` returns the term for an arm and a joint. Joints with a zero term have no variant.
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -151,7 +152,7 @@ def _scale_offsets_of_joints(
 
 
 def _make_offset_words(chain: Chain, joints: Sequence[int]) -> dict[str, object]:
-    """Return the words for the placeholders "joint" and "variable" of messages about the constants of joints."""
+    """Return the words for the placeholders "joint" and "variable" of messages about joint offsets."""
     return {**make_joint_words(joints), "variable": join_words([str(chain.q[i]) for i in joints])}
 
 
@@ -213,7 +214,7 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
 
 def _drop_base_rotation(stages: StageResults, table: Table) -> Table:
     table = replace(table, base_yaw=table.base_yaw * 0)
-    if convention_of(stages.chain).base.tilt == 0:  # the tilt comes from the first row of a modified table, if any
+    if convention_of(stages.chain).base.tilt == 0:  # a tilt in `table` is then from row 1 of a modified table
         return table
     return replace(table, base_tilt=table.base_tilt * 0)
 
@@ -227,7 +228,7 @@ def _drop_base(stages: StageResults, table: Table) -> Table:
 def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
     """Return the table with P moved to the origin of its frame.
 
-    If students see a modified table, P's x coordinate includes the entry a of this frame's standard row. This entry
+    In a modified table, P's x coordinate is partly in the entry a of the standard row of this frame, so the entry
     becomes zero, too.
     """
     row_index = stages.chain.point.frame - 1
@@ -237,7 +238,8 @@ def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant with the last frame's origin instead of P, or the origin before it if P is at that origin."""
+    """Yield the variant with the last frame's origin instead of P, or with the origin before it if P is in that frame.
+    """
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_point_to_earlier_origin}, words={"frame": chain.n - 1})
@@ -252,7 +254,8 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
-    """Return a modified table with P at the second-last origin, by setting the later lengths to zero."""
+    """Return a modified table with the lengths after the second-last origin set to zero, so that P is at this origin.
+    """
     second_last_row, last_row = table.rows[-2:]
     table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
     table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)
@@ -269,7 +272,7 @@ def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], 
 
 
 def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with all numeric lengths in centimetres or millimetres; symbols remain in metres."""
+    """Yield variants with numeric lengths in centimetres or millimetres, and symbols in metres."""
 
     def scale(stages: StageResults, table: Table, factor: int) -> Table:
         scaled_rows = []
@@ -312,7 +315,7 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant that uses link i's a and alpha in row i of a modified table.
+    """Yield the variant that uses the a and alpha of link i in row i of a modified table.
 
     The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
     """
@@ -323,7 +326,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         for i, next_row in zip(range(stages.n), [*rows[1:], empty_row], strict=False):
             a, alpha = stages.arithmetic.convert_entry(next_row.a), stages.arithmetic.convert_entry(next_row.alpha)
             table = _change_entries(stages, table, i, a=a, alpha=alpha)
-        if 0 < point.frame < stages.n:  # P keeps its coordinates, but they now refer to the previous frame
+        if 0 < point.frame < stages.n:  # the coordinates of P now refer to the previous frame
             row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
             table = replace(table, point_offset=apply_matrix(make_rotation_x(stages, -row.alpha), moved_offset))

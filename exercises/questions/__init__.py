@@ -1,4 +1,4 @@
-"""The kinds of questions of the chapter. Each asks for one result of an arm.
+"""The questions of the chapter. Each question asks for one result of an arm.
 
     differentiation     position, velocity and Jacobian by differentiation, and the determinant
     propagation         joint axes, position vectors, Jacobian and velocities by propagation
@@ -65,7 +65,7 @@ QUESTIONS: dict[str, Question] = {name: _ALL[name] for name in sorted(_ALL, key=
 
 
 def find_question(part: Part) -> Question | None:
-    """Return the question that a part asks, of the chapter or of an instructor; None if it is a short question."""
+    """Return the chapter's or the instructor's question that a part asks; None if the part asks a short question."""
     question: Question | None = part.details.question or QUESTIONS.get(part.kind)
     return question
 

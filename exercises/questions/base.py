@@ -1,4 +1,4 @@
-"""The definition of a question: how it is generated for an arm, when it applies, which questions it builds on.
+"""Define what a question is: how its answer is derived, to which arms it applies, and on which questions it builds.
 
 Answers are derived in stages, such as the joint axes, the Jacobian or its determinant (`derivation.graph`). In the
 shapes of arrays, … is the axis of the arithmetic, such as one entry for each of several configurations. Results are
@@ -36,33 +36,35 @@ CONVENTION_OBJECTIONS = {
     FRAMES_OF_JOINTS: 'it applies only to arms with a modified table (convention = "modified-dh")',
     SCREWS: 'it applies only to arms described by screw axes (convention = "screws")',
 }
-"""Why a question does not apply to an arm, by the feature of its convention that the question needs."""
+"""Maps the feature of a convention that a question needs to the objection to arms without this feature."""
 
 AnswerAndDetails = tuple[Answer, Details]
-"""The answer, and what the question states or uses besides it."""
+"""The answer to a question, and the question's details: what it states or uses besides the answer."""
 
 ObjectionFinder = Callable[[Chain], str | None]
-"""A function that returns why a question can't be asked about an arm, as a clause about the arm; None if it can."""
+"""A function that returns why a question can't be asked about an arm (an objection, as a clause about the arm), or
+None."""
 
 
 # --- objections to arms ---
 
 MAX_TERMS = 30
-"""Maximum number of terms of a result to work out by hand, in all entries together. Example 6.3 has 15."""
+"""Maximum number of terms, in all entries together, of a result to work out by hand. The result of Example 6.3 has
+15."""
 
 MAX_JOINTS_FOR_INVERSE = 3
 """Maximum number of joints for which an inverse is worked out as formulas."""
 
 
 def find_determinant_objection(chain: Chain) -> str | None:
-    """Return why a determinant of the task Jacobian can't be asked for; None if it can."""
+    """Return why the determinant of the task Jacobian can't be asked for, or None."""
     if not chain.has_square_jacobian:
         return f"its Jacobian is {len(chain.task)} x {chain.n} for the task {', '.join(chain.task)}, not square"
     return "its determinant is zero everywhere" if derive(chain).symbolic_minors[0].is_zero else None
 
 
 def find_term_count_objection(term_count: int) -> str | None:
-    """Return why a result with `term_count` terms can't be worked out by hand; None if it can."""
+    """Return why a result with `term_count` terms can't be worked out by hand, or None."""
     return f"it has {term_count} terms, too many to work out by hand" if term_count > MAX_TERMS else None
 
 
@@ -72,14 +74,15 @@ def _count_terms(symbolic_chain: Chain, result_name: str) -> int:
 
 
 def limit_terms(result_name: str) -> ObjectionFinder:
-    """Return a function that objects to arms for which a result of `Derivation` ("jacobian", "z", …) is too long."""
+    """Return a function that objects to an arm if a result of its `Derivation` ("jacobian", "z", …) is too long."""
     return lambda chain: find_term_count_objection(_count_terms(make_symbolic_arm(chain).chain, result_name))
 
 
 def limit_size(description: str, max_joints: int, count: Callable[[Chain], int]) -> ObjectionFinder:
-    """Return a function that objects to arms for which a result has too many joints or too many terms.
+    """Return a function that objects to an arm if it has too many joints, or if a result has too many terms.
 
-    `description` describes the result, with {n} for the number of joints. `count` returns the number of terms.
+    `description` describes the result, with {n} for the number of joints. `count` returns the number of the result's
+    terms.
     """
 
     def find_size_objection(chain: Chain) -> str | None:
@@ -98,30 +101,29 @@ def find_inverse_size_objection(chain: Chain) -> str | None:
 
 
 def find_tool_point_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm whose point P is not fixed to the last frame; None for other arms."""
+    """Return an objection to an arm if its point P is not fixed to the last frame, or None."""
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 
 # --- answers from stages of the derivation ---
 
 StageFormula = Callable[[StageResults, Any], np.ndarray]
-"""A function that computes an answer, (rows, columns, …) or (rows, …), from the stages and the question's details.
-
-It works in any arithmetic: with numbers, with SymPy expressions, and with formula trees.
+"""A function that computes an answer, (rows, columns, …) or (rows, …), from the stages and the question's details. The
+entries are numbers, SymPy expressions or formula trees, as in the stages.
 """
 
 StageSubstitution = Callable[[np.ndarray], Mapping[str, Change]]
-"""A function that returns how a student's answer, (rows, columns, …), replaces stages of the derivation."""
+"""A function of a student's answer, (rows, columns, …), that returns the changes of stages that replace the correct
+results."""
 
 RowOrder = Callable[[Chain], Sequence[int]]
-"""A function that returns the order in which rows are asked for, as indices of a stage's rows.
-
-The same permutation leads back from the rows asked for to the stage's rows.
+"""A function that returns the order in which a question asks for the rows of a stage, as indices of these rows. The
+permutation is its own inverse.
 """
 
 
 def make_stage_formula(stage: str, row_order: RowOrder | None = None) -> StageFormula:
-    """Return a formula whose value is a stage of the derivation: a matrix, a vector or a single number."""
+    """Return a function that returns a stage of the derivation: a matrix, a vector or a number."""
 
     def formula(stages: StageResults, _: Details) -> np.ndarray:
         values = np.asarray(stages[stage])
@@ -132,7 +134,7 @@ def make_stage_formula(stage: str, row_order: RowOrder | None = None) -> StageFo
 
 
 def make_stage_substitution(stage: str, row_order: RowOrder | None = None) -> StageSubstitution:
-    """Return a substitution that replaces a stage by an answer."""
+    """Return a function that replaces a stage by a student's answer."""
 
     def substitute(answer: np.ndarray) -> Mapping[str, Change]:
         def change(stages: StageResults, correct: np.ndarray) -> np.ndarray:
@@ -146,15 +148,15 @@ def make_stage_substitution(stage: str, row_order: RowOrder | None = None) -> St
 
 
 def make_rate_product_formula(stage: str, row_order: RowOrder | None = None) -> StageFormula:
-    """Return a formula that multiplies a stage, which is a Jacobian, by the joint rates."""
+    """Return a function that multiplies a Jacobian, the result of a stage, by the joint rates."""
     jacobian = make_stage_formula(stage, row_order)
     return lambda stages, details: apply_matrix(jacobian(stages, details), stages["joint rates"])
 
 
 def make_column_substitution(stage: str) -> StageSubstitution:
-    """Return a substitution that replaces the first vectors of a stage by the columns of an answer, in order.
+    """Return a function that replaces the first vectors of a stage by the columns of a student's answer.
 
-    The linear rows of the Jacobian are then computed from these vectors by propagation.
+    The linear rows of the Jacobian are then computed by propagation, from these vectors.
     """
     return lambda rows: {
         stage: lambda _, correct: np.concatenate([rows.swapaxes(0, 1), correct[rows.shape[1] :]]),
@@ -181,7 +183,7 @@ RowAndColumnLabels = tuple[Sequence[str], Sequence[str]]
 
 
 def label_jacobian(label_rows: Callable[[Chain], Sequence[str]]) -> Callable[[Chain], RowAndColumnLabels]:
-    """Return a function that labels a Jacobian: its rows by `label_rows`, and its columns by the joint rates."""
+    """Return a function that labels the rows of a Jacobian by `label_rows`, and the columns by the joint rates."""
     return lambda chain: (label_rows(chain), name_joint_rates(chain))
 
 
@@ -204,54 +206,53 @@ def name_velocity_components(rows: Sequence[str]) -> list[str]:
 
 @dataclass(frozen=True)
 class Question:
-    r"""A kind of question: what it asks for, to which arms it applies, how its answer is derived and presented.
+    r"""A question: what it asks for, to which arms it applies, and how its answer is derived and presented.
 
-    `source` is the section of the chapter, such as 6.3, and `prerequisites` are the questions on which it builds.
-    `rounding` is the error that numbers may have, unless three digits are required.
+    `source` is the section of the chapter, such as 6.3, and `prerequisites` are the questions on which this question
+    builds. `rounding` is the error that numbers may have; by default, numbers need three significant digits.
 
     If the answer is computed from stages of the derivation, these fields describe it:
 
-    - `formula`: the answer in the language of custom questions (`language`), such as "p" or "inv(J)*xd". A vector of
-      three has the components in which the names of `name_entries` end. If the language has no name for the answer,
-      `stage` is the stage with the answer, with its rows in the order `row_order`, or `compute` computes the answer
-      from the stages.
-    - `differentiates_substitute`: whether the substitution needs the derivatives of the student's answer
-    - `substitution`: returns how a student's answer replaces stages. By default it replaces the stage that is the
-      answer.
+    - `formula`: the answer in the language of custom questions (`language`), such as "p" or "inv(J)*xd". Of a vector of
+      three, only the components in which the names in `name_entries` end are asked for. If the language can't describe
+      the answer, the answer is the result of `stage`, with its rows in the order `row_order`, or `compute` computes the
+      answer from the stages.
+    - `differentiates_substitute`: whether the substitution needs derivatives of the student's answer.
+    - `substitution`: returns the changes of stages that replace correct results by a student's answer. By default, the
+      answer replaces the stage that is asked for.
     - `textbook_formulas`: formulas of stages in textbook form, in addition to `reference.TEXTBOOK_FORMULAS`. The
-      reference answer is computed from these. If it should have another form, `derive_matrix` returns it.
+      reference answer is computed from them, unless `derive_matrix` returns it in another form.
     - `answer_type`: Matrix (also for a vector) or Expression.
     - `make_details`: returns what the question states or uses besides the answer.
 
-    Any other answer comes from `sample`, which returns None if it finds nothing to ask. If such a question also has a
-    `formula`, a `stage` or `compute`, the grader recognises the wrong answers to which mistakes in the derivation lead.
-    Otherwise it recognises only mistakes in the answer itself.
+    Any other answer comes from `sample`, which returns None if it finds nothing to ask. If the question also has a
+    `formula`, a `stage` or `compute`, the grader recognises answers that are wrong because of a mistake in the
+    derivation. Otherwise it recognises only mistakes in the answer itself.
 
     These functions return why the question can't be asked about an arm, or None: `find_arm_objection` if the question
     makes no sense, `find_size_objection` if the answer is too long to work out by hand.
 
     A short question of a quiz has a `form`, such as "choice" or "number". It shows the answers to the questions named
-    in `shown_answers`, which are therefore not asked with it. The default `template` has the question's name.
+    in `shown_answers`, so a quiz does not ask these, too. By default, the `template` has the question's name.
 
     A student may label the entries of an answer with the names in `list_labels`, and the columns of a matrix with those
     in `name_columns`. `name_entries` returns the names of the entries in LaTeX.
 
     `is_made_of_jacobian` means that the answer is derived from a given J. `is_made_of_minors` means that it consists of
-    minors of J. The formulas of minors take minutes for many joints. If such an answer is a single formula, it is a
-    product whose factors are compared.
+    minors of J, which take minutes to derive as formulas if there are many joints. If such an answer is a single
+    formula, its factors are compared.
 
     `link_sums` is "links" if each entry is a sum over the links, and "columns of links" if each column has such sums.
-    `find_link_sum_rows` returns the rows with these sums, each with its axis (0 to 2). A `constant_last_row` is the
-    same for all arms. Export formats with a box for each entry show it instead of boxes.
+    `find_link_sum_rows` returns the rows with these sums, each with its axis (0 to 2). The `constant_last_row`, if any,
+    is the same for all arms. Export formats with a box for each entry show this row without boxes.
 
     The grader also marks later parts against a student's own earlier results. `alternative_prerequisites` has sets of
     questions from whose answers this answer can be derived, in the order in which the grader tries them. The default is
-    the set `prerequisites`. If the answer is a set of conditions, it consists of the configurations at which the
-    formula `zero_formula` is zero; `compute_zero` computes its value.
+    the set `prerequisites`. If the answer is a set of configurations, the formula `zero_formula` is zero at these, and
+    `compute_zero` computes the value of this formula.
 
     The question applies to arms whose convention has the feature `required_feature`, a key of CONVENTION_OBJECTIONS, or
-    to all arms if that is empty. `choose_title` returns the title for an arm if `title` does not fit all arms. For
-    example, some Jacobians are found without differentiation.
+    to all arms if that is empty. `choose_title` returns the title for an arm if `title` does not fit all arms.
     """
 
     name: str
@@ -345,11 +346,11 @@ class Question:
 
     @property
     def is_long_in_formulas(self) -> bool:
-        """Whether the answer is made of minors, whose formulas are too long for many joints."""
+        """Whether the answer is made of minors, whose formulas are too long if there are many joints."""
         return self.is_made_of_minors or self.zero_formula != ""
 
     def list_names_to_type(self, chain: Chain, part: Part) -> tuple[str, ...]:
-        """Return the names that a student may type for the entries of a vector, or for a single result: qd1, tau1."""
+        """Return the names that a student may type for the entries of a vector or for a single result, such as qd1."""
         rows, columns = part.shape or (1, 1)
         names = self.name_entries(chain, part.details) if columns == 1 else ()
         plain_names = (name.removeprefix(r"\text").translate(_LATEX_MARKS_TO_REMOVE) for name in names)
@@ -358,7 +359,7 @@ class Question:
 
     @property
     def conventions(self) -> tuple[str, ...]:
-        """The names of the conventions to whose arms the question applies."""
+        """The names of the conventions of the arms to which the question applies."""
         return tuple(
             name for name, convention in REGISTRY.items() if self.required_feature in {"", *convention.features}
         )
@@ -372,12 +373,12 @@ class Question:
         return self.find_arm_objection(chain)
 
     def find_objection(self, chain: Chain) -> str | None:
-        """Return why the question makes no sense for an arm, or why its answer can't be derived; None if neither."""
+        """Return why the question makes no sense for an arm, or why its answer can't be derived, or None."""
         try:
             return self.find_convention_objection(chain.convention) or self.find_applicability_objection(chain)
         except TooLong as error:
             return str(error)
 
     def find_obstacle(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked about an arm: an objection, or the answer's length; None if it can."""
+        """Return why the question can't be asked about an arm, which may be the length of the answer, or None."""
         return self.find_objection(chain) or self.find_size_objection(chain)

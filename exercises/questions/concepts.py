@@ -1,6 +1,6 @@
-"""Questions on concepts: the size of J, the effect of a joint, and when (6.7) applies.
+"""Questions on concepts: the size of J, the velocity that a joint causes, and when (6.7) applies.
 
-The last two questions have options. The velocities in options are rounded to three decimals.
+The last two questions have options. Velocities in options are rounded to three decimals.
 """
 
 import math
@@ -38,7 +38,8 @@ from qdot.exercises.reference_answers.formulas import COUNT_TOLERANCE
 MAX_EFFECT_TRIES = 60
 """Maximum number of configurations sampled for a joint's effect."""
 MAX_TASKS, MIN_REGULAR_RATIO = 6, 0.06
-"""Maximum number of tasks tried for an answer about (6.7), and the minimum sigma_min/sigma_max if J is regular."""
+"""Maximum number of tasks that are tried for each answer about (6.7), and minimum sigma_min/sigma_max of a regular
+J."""
 MIN_EFFECT, MIN_WRONG_EFFECT = 0.1, 0.05
 """Minimum velocity due to a joint at unit rate (m/s or rad/s): in a correct option, and in a wrong one."""
 MIN_OPTION_DIFFERENCE = 0.2
@@ -50,7 +51,7 @@ RoundedVector = tuple[sp.Rational, ...]
 
 
 def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
-    """Return the tasks other than the arm's usual task whose rows of the Jacobian are not identically zero."""
+    """Return the tasks, other than the arm's usual task, for which no row of the Jacobian is identically zero."""
     rows = find_moving_rows(derive(chain).geometric_jacobian)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
     return [task for task in tasks if task != chain.task]
@@ -96,7 +97,7 @@ def _choose_rows(chain: Chain) -> tuple[str, ...]:
 
 
 def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the column and a wrong column, both also with the opposite sign, so that the sign reveals nothing."""
+    """Offer the correct column and a wrong one, and both with the opposite sign, so that the sign reveals nothing."""
     rows = _choose_rows(chain)
     indices = [VELOCITY_NAMES.index(row) for row in rows]
     for _ in range(MAX_EFFECT_TRIES):
@@ -126,11 +127,11 @@ def _derive_effect(stages: StageResults, details: JointEffectDetails) -> np.ndar
 def _make_wrong_columns(
     chain: Chain, configuration: ExactConfiguration, joint: int, jacobian: sp.Matrix, linear_rows: list[int]
 ) -> list[sp.Matrix]:
-    """Return wrong columns of a joint (an index), for the question whose rows of the Jacobian are `jacobian`.
+    """Return wrong columns for a joint (an index); `jacobian` has the rows of J that the options show.
 
-    A wrong column belongs to another joint, is the vector p* from the joint's origin to P, is the cross product with
-    the p* of the next origin, or has x and y mixed up. `linear_rows` are the linear rows (0 to 2) of the column.
-    Columns that are nearly zero are left out.
+    A wrong column is that of another joint, the vector p* of the joint, the cross product with the p* of the next
+    origin, or the correct column with x and y confused. `linear_rows` are the linear rows (0 to 2) among the shown
+    rows. Columns that are nearly zero are left out.
     """
     column = jacobian.col(joint)
     vectors = [jacobian.col(i) for i in range(chain.n) if i != joint]
@@ -147,7 +148,7 @@ def _make_wrong_columns(
 
 
 def _compute_norm(vector: Iterable[sp.Expr]) -> float:
-    """Return the norm of a vector. The exact sum (fsum) gives all machines the same norm, even exactly at a limit."""
+    """Return the norm of a vector. The exact sum (fsum) gives the same result on all machines."""
     return math.sqrt(math.fsum(float(value) ** 2 for value in vector))
 
 
@@ -211,7 +212,7 @@ class InvertibilityDetails(ConfigurationDetails):
 
 
 def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose the answer first, then a task and a configuration for which it is correct."""
+    """Choose an answer, then a task and a configuration for which the answer is correct."""
     keys = tuple(INVERTIBILITY_ANSWERS)
     for answer_key in rng.permutation(keys):
         for task in rng.permutation(_list_tasks(chain, answer_key))[:MAX_TASKS]:
@@ -253,11 +254,8 @@ def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
     return tuple(task for size in row_counts for task in combinations(rows, size))
 
 
-# --- which velocities a singularity makes impossible ---
-
-
 def _are_nearly_parallel(a: RoundedVector, b: RoundedVector) -> bool:
-    """Return whether a vector is nearly a multiple of another one, which may be a negative multiple."""
+    """Return whether a vector is nearly a multiple, perhaps a negative multiple, of another vector."""
     product = sum(x * y for x, y in zip(a, b, strict=True))
     projection = tuple(product / sum(x**2 for x in a) * x for x in a)
     return not _differ_clearly(b, projection)

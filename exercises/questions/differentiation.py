@@ -16,7 +16,7 @@ from qdot.exercises.reference_answers import Expression
 
 
 def list_linear_task_rows(chain: Chain) -> list[int]:
-    """Return the indices (0 to 2) of the coordinates x, y, z whose velocity is in the task."""
+    """Return the indices (0 to 2) of the coordinates x, y, z whose velocities are in the task."""
     return ["xyz".index(axis) for axis in chain.linear_axes]
 
 
@@ -28,7 +28,10 @@ class TaskDetails(Details):
 
 
 def find_determinant_power_of_metres(chain: Chain, part: Part) -> int | None:
-    """Return k if the unit of a determinant is m^k: the linear rows minus the prismatic joints; None for others."""
+    """Return k if the unit of a determinant is m^k, the number of linear rows minus the number of prismatic joints.
+
+    Return None for other parts.
+    """
     if part.kind != "determinant":
         return None
     return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) - (chain.n - len(chain.revolute_joints))
@@ -36,9 +39,9 @@ def find_determinant_power_of_metres(chain: Chain, part: Part) -> int | None:
 
 @dataclass(frozen=True, kw_only=True)
 class AxesDetails(Details):
-    """Details of a question about coordinates of P; `axes` lists those of "x", "y", "z" that it asks for.
+    """Details of a question about coordinates of P; `axes` are the names of the coordinates: "x", "y", "z".
 
-    `by_links` says whether their rates of change are written link by link, as in Example 6.1.
+    `by_links` says whether the velocities are written link by link, as in Example 6.1.
     """
 
     axes: tuple[str, ...]
@@ -47,7 +50,8 @@ class AxesDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisDetails(ResultChoiceDetails):
-    """Details of a question about one component of the velocity of P: its axis ("x", …) and its row (0 to 2)."""
+    """Details of a question about one component of the velocity of P: its axis ("x", "y" or "z") and its row (0 to 2).
+    """
 
     axis: str
     row: int
@@ -75,7 +79,7 @@ def _is_written_by_links(chain: Chain) -> bool:
 
 
 def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:
-    """Return the rate of change of a coordinate; terms with the same angle are multiplied by the same sum of rates."""
+    """Return the rate of change of a coordinate, in which terms with the same angle have the same sum of rates."""
     rates = dict(zip(chain.q, chain.rates, strict=True))
     terms_by_angle: dict[sp.Expr, sp.Expr] = {}
     for term in sp.Add.make_args(sp.expand(coordinate)):
@@ -104,9 +108,9 @@ def _find_task_objection(chain: Chain) -> str | None:
 
 
 def _substitute_position(position: np.ndarray) -> dict[str, Change]:
-    """Return the changes that replace the point and the linear rows by those of a student's position.
+    """Return the changes that replace the point and the linear rows by those that follow from a student's position.
 
-    `position` carries its derivatives; its shape is (rows, 1, …).
+    `position` includes its derivatives; the shape is (rows, 1, …).
     """
 
     def move_point(stages: StageResults, correct: np.ndarray) -> np.ndarray:

@@ -1,9 +1,9 @@
 """Sample regular and singular configurations with exact joint values, and find the branches of a singular set.
 
 The singular set consists of components. A component is given by values of some joints (its solutions), or by conditions
-on several joints. Sampled singular configurations are exact: they have the joint values of a component, or a condition
-is solved for one joint. Problems show values rounded if they are not simple numbers. Reference answers are computed at
-the exact configuration, with 30 digits.
+on several joints. Sampled singular configurations are exact: joints have the values in a component, or a condition is
+solved for one joint. A problem shows values that are not simple numbers rounded, but the reference answer is computed
+at the exact configuration, with 30 digits.
 """
 
 from collections.abc import Callable, Sequence
@@ -28,18 +28,18 @@ from qdot.exercises.singularities.directions import NONZERO_THRESHOLD, find_clea
 from qdot.exercises.singularities.singular_set import Component, ValueCombination, find_singular_set
 
 DIGITS, WORKING_DIGITS = 30, 40
-"""Number of digits of results, and of the intermediate results from which they are computed."""
+"""Numbers of digits of results, and of intermediate results."""
 ZERO = sp.Float("1e-20")
 """Limit below which a number with 30 digits counts as zero."""
 MAX_TRIES, MAX_UNROUNDED_TRIES = 12, 24
-"""Maximum numbers of samples for a singular configuration, and for one without rounded joint values."""
+"""Maximum numbers of samples for a singular configuration: with rounded joint values, and without."""
 MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 30, 60
-"""Maximum numbers of samples for a regular configuration: of samples that seem singular to some students, and of
-all."""
+"""Maximum numbers of samples for a regular configuration: of samples that seem singular after a mistake, and in
+total."""
 MAX_GRID_JOINTS = 4
 """Maximum number of joints in conditions whose exact zeros are found by a search on a grid; more take too long."""
 MIN_PRECISION_BITS, MAX_BINARY_SIZE = 86, 1e6
-"""Minimum precision (about 25 digits) and maximum absolute value of numbers that are rounded in binary digits."""
+"""Minimum precision in bits (about 25 digits), and maximum absolute value, of numbers that mpmath rounds."""
 
 Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
 """Joints, each with the values at which a condition holds."""
@@ -49,7 +49,8 @@ Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
 class ExactConfiguration(Configuration):
     """A configuration with exact joint values, some of which the problem may show rounded.
 
-    `rounded_values` has the rounded values of these joints: degrees with two decimals, or metres with four decimals.
+    `rounded_values` maps each joint whose value is shown rounded to this value, in degrees (two decimals) or metres
+    (four).
     """
 
     rounded_values: dict[sp.Symbol, sp.Rational] = field(default_factory=dict, metadata=recorded_as("about"))
@@ -61,7 +62,7 @@ class ExactConfiguration(Configuration):
 
     @property
     def formula_roots(self) -> Roots:
-        """The joints whose value is a formula such as arctan(3/4), each with this value."""
+        """The joints with a formula such as arctan(3/4) as their value, each with this value."""
         return tuple((q, (value,)) for q, value in self.joints.items() if value.has(sp.acos, sp.asin, sp.atan))
 
 
@@ -86,10 +87,10 @@ class ConfigurationDetails(Details):
 def make_exact_configuration(
     chain: Chain, lengths: Lengths, joints: JointValues, keeps_formulas: bool = False
 ) -> ExactConfiguration:
-    """Return the configuration with these joint values, and with rounded values for those that are not simple.
+    """Return the configuration with these joint values, and with a rounded value for each that is not simple.
 
     Simple values are multiples of 0.1 degrees or 0.1 mm. Any other value becomes a number with 40 digits. If
-    `keeps_formulas` is true, a formula such as arctan(3/4) stays as it is, without a rounded value.
+    `keeps_formulas`, a formula such as arctan(3/4) stays unchanged, without a rounded value.
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
@@ -110,9 +111,9 @@ def make_exact_configuration(
 
 
 def round_to_integer(value: sp.Expr) -> int:
-    """Return the nearest integer, a hundred times as fast as SymPy, which rounds in decimal digits.
+    """Return the nearest integer.
 
-    Numbers that may be half-way between two integers are left to SymPy.
+    This takes a hundredth of SymPy's time. Numbers that may be half-way between two integers are left to SymPy.
 
     >>> round_to_integer(sp.Float("-7.51", 30)), round_to_integer(sp.Float("2.5", 30)), round_to_integer(sp.S.Zero)
     (-8, 2, 0)
@@ -125,7 +126,7 @@ def round_to_integer(value: sp.Expr) -> int:
 
 
 def convert_to_sample(chain: Chain, configuration: ExactConfiguration) -> Sample:
-    """Return a configuration in floating point: the arm with numeric lengths, and its joint values."""
+    """Return a configuration in floating point: an arm with numeric lengths, and joint values."""
     arm = NumericChain(chain, list_values_by_name(configuration.lengths))
     return Sample(arm, np.array([float(sp.N(configuration.joints[q])) for q in chain.q]))
 
@@ -142,9 +143,9 @@ def evaluate_jacobian(chain: Chain, configuration: ExactConfiguration) -> np.nda
 
 
 def compute_rank(chain: Chain, configuration: ExactConfiguration, min_ratio: float = NONZERO_THRESHOLD) -> int | None:
-    """Return the rank of the task Jacobian at a configuration; None if a singular value is neither zero nor large.
+    """Return the rank of the task Jacobian at a configuration; None if a singular value is small, but not zero.
 
-    A singular value is large if it is at least `min_ratio` times the largest.
+    A singular value is small if it is less than `min_ratio` times the largest.
     """
     return find_clear_rank(evaluate_jacobian(chain, configuration), min_ratio)
 
@@ -204,9 +205,9 @@ def sample_regular_configuration(
 
 @lru_cache(maxsize=1024)
 def find_formula_roots(chain: Chain) -> Roots:
-    """Return formulas that solve conditions on several joints, such as arctan(3/4), each with its joint.
+    """Return formulas such as arctan(3/4) that solve conditions on several joints, each with its joint.
 
-    Regular configurations get similar formulas; otherwise a formula would reveal that a configuration is singular.
+    Regular configurations get similar formulas; otherwise students could recognise singular configurations by them.
     """
     stream = Stream("formula roots")
     components = [component for component in find_singular_set(chain) or () if component.solutions is None]
@@ -215,7 +216,7 @@ def find_formula_roots(chain: Chain) -> Roots:
 
 
 def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
-    """Return a value of a random joint: a root with an error of sign, of 90 degrees (revolute) or 0.1 m (prismatic)."""
+    """Return a wrong value of a random joint: a root with an error of its sign, or of 90 degrees or 0.1 m."""
     joint, values = rng.choice(roots)
     shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if is_joint_angle(joint) else sp.Rational(1, 10)
     value = rng.choice(values).xreplace(dict(lengths))
@@ -231,11 +232,11 @@ def sample_singular_configuration(
     needs_no_rounding: bool = False,
     keeps_formulas: bool = False,
 ) -> ExactConfiguration | None:
-    """Return a random configuration on all `components` at once at which J clearly loses rank; None if none is found.
+    """Return a random configuration that is on all `components`, and at which J clearly loses rank, or None.
 
     If `lost_rank` is given, J loses exactly that much rank. If `has_varied_lengths`, the numbers for symbolic lengths
-    differ by up to a factor of 12. If `needs_no_rounding`, no joint value is shown rounded; if also `keeps_formulas`,
-    joint values may be formulas.
+    differ by up to a factor of 12. If `needs_no_rounding`, no joint value is shown rounded. If `keeps_formulas` as
+    well, joint values may be formulas.
     """
     for _ in range(MAX_UNROUNDED_TRIES if needs_no_rounding else MAX_TRIES):
         lengths = _sample_varied_lengths(chain, rng) if has_varied_lengths else sample_unequal_lengths(chain, rng)
@@ -295,7 +296,8 @@ def _sample_varied_lengths(chain: Chain, rng: Stream) -> Lengths:
 
 @lru_cache(maxsize=1024)
 def sample_singular_configurations(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
-    """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
+    """Return up to `count` configurations on a component that lose one direction; the arm has very different lengths.
+    """
     stream = Stream(f"samples/{component.list_pieces()}")
     sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_varied_lengths=True)
     return tuple(convert_to_sample(chain, c) for c in (sample() for _ in range(count)) if c is not None)
@@ -320,7 +322,7 @@ class Branch:
 
 @lru_cache(maxsize=1024)
 def match_branches(chain: Chain) -> tuple[Branch, ...]:
-    """Return the branches of an arm's singular set that are also branches of the arm's structure."""
+    """Return the branches of an arm's singular set that its structure also has."""
     substitute = derive(chain).substitute_values
     structure_set = find_singular_set(make_symbolic_arm(chain).chain) or ()
     structure_components = {tuple(map(substitute, component.conditions)): component for component in structure_set}
@@ -357,9 +359,10 @@ def _are_same_values(chain: Chain, arm_values: ValueCombination, structure_value
 def _sample_values_on_components(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return random joint values of a configuration on all `components`, or None if none are found.
+    """Return random joint values of a configuration that is on all `components`, or None if none are found.
 
-    First, joints get the values that solve components. Then each other condition is solved for one joint.
+    First, joints get the values in the solutions of components. Then each condition of the other components is solved
+    for one joint.
     """
     fixed_values: JointValues = {}
     for component in (component for component in components if component.solutions is not None):
@@ -393,8 +396,8 @@ def _sample_unrounded_values_on_components(
 ) -> JointValues | None:
     """Return joint values as `_sample_values_on_components` does, but only values that need no rounding.
 
-    In a condition on several joints, angles (with the joint offset) are multiples of 30 degrees, and the variables of
-    prismatic joints are multiples of 5 cm.
+    The joints in a condition on several joints have angles (with the joint offset) in multiples of 30 degrees, or
+    displacements in multiples of 5 cm.
     """
     solved_components = [component for component in components if component.solutions is not None]
     fixed_values = _sample_values_on_components(chain, solved_components, lengths, rng)
@@ -431,9 +434,10 @@ def _sample_unrounded_values_on_components(
 def _sample_formulas_on_component(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return joint values on a component with one condition, which is solved for an angle; None if it has no formula.
+    """Return joint values on a component with one condition, which is solved for one angle, or None.
 
-    The other angles in the condition are multiples of 90 degrees, so that the solution is short, such as arctan(3/4).
+    The other angles in the condition are multiples of 90 degrees, so that the solution is a short formula such as
+    arctan(3/4).
     """
     if len(components) != 1 or components[0].solutions is not None or len(components[0].conditions) != 1:
         return None
@@ -453,7 +457,7 @@ def _sample_formulas_on_component(
 def _find_short_zeros(condition: sp.Expr, angle: sp.Symbol, offset: sp.Expr) -> list[sp.Expr]:
     """Return the values of an angle at which a + b cos(angle + offset) + c sin(angle + offset) is zero.
 
-    The list is empty unless the zeros have a short formula: a, b and c are rational, and one of them is zero.
+    The list is empty if the zeros have no short formula, for which a, b and c must be rational, and one of them zero.
     """
     f_0, f_1, f_2 = (condition.xreplace({angle: k * sp.pi / 2 - offset}) for k in range(3))
     a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2
@@ -474,8 +478,8 @@ def _find_short_zeros(condition: sp.Expr, angle: sp.Symbol, offset: sp.Expr) -> 
 def _find_zeros(condition: sp.Expr, joint: sp.Symbol, is_revolute: bool) -> list[sp.Expr]:
     """Return the values of a joint at which a condition is zero, to 40 digits.
 
-    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic joint. The list is
-    empty for any other condition, and if the condition does not clearly reach zero.
+    The condition must be a + b cos q + c sin q for a revolute joint, or a + b q for a prismatic joint. For any other
+    condition, or one that does not clearly reach zero, the list is empty.
     """
     test_values = (sp.S.Zero, sp.pi / 2, sp.pi, sp.S.One) if is_revolute else (sp.S.Zero, sp.S.One, sp.S(2), sp.S(3))
     f_0, f_1, f_2, f_3 = (sp.N(condition.xreplace({joint: test_value}), WORKING_DIGITS) for test_value in test_values)

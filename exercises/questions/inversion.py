@@ -1,7 +1,7 @@
 """Questions on the inverse of J and joint rates (6.7; Example 6.2), and on static joint torques, tau = J^T F.
 
-By the principle of virtual work, the torques are the dual of the velocity problem. Joint rates are asked for as
-formulas, or as numbers at a configuration.
+By the principle of virtual work, joint torques are dual to joint rates. Questions ask for joint rates as formulas, or
+as numbers at a configuration.
 """
 
 from collections.abc import Iterable
@@ -24,7 +24,7 @@ from qdot.exercises.questions.quantities import name_load
 from qdot.exercises.reference_answers import Number
 
 MAX_SAMPLES = 2000
-"""Maximum number of configurations that are sampled to find a well-conditioned one."""
+"""Maximum number of samples for a well-conditioned configuration."""
 
 THREE_DIGIT_TOLERANCE = 0.005
 """Relative tolerance of numbers with three significant digits: rounding 1.004999 to 1.00 changes it by 0.5 %."""
@@ -93,7 +93,7 @@ def sample_joint_values(chain: Chain, rng: Stream) -> JointValues:
 
 
 def sample_lengths(chain: Chain, rng: Stream) -> Lengths:
-    """Return random numbers for the symbolic lengths. No two lengths are equal, because the problem text says so."""
+    """Return random numbers for the symbolic lengths. No two lengths are equal, as the text of the problem says."""
     used_lengths = list_table_lengths(chain)
     lengths: Lengths = {}
     for symbol in chain.parameters:
@@ -110,7 +110,7 @@ def list_table_lengths(chain: Chain) -> set[sp.Expr]:
 
 
 def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) -> float:
-    """Return sigma_min/sigma_max of the task Jacobian at a configuration, which is zero if J loses rank."""
+    """Return sigma_min/sigma_max of the task Jacobian at a configuration; it is zero if J loses rank."""
     arm = NumericChain(chain, list_values_by_name(lengths))
     jacobian = arm.compute_jacobian(np.array([float(joints[q].xreplace(lengths)) for q in chain.q]))
     sigma = np.linalg.svd(jacobian[chain.task_rows], compute_uv=False)
@@ -118,7 +118,7 @@ def compute_conditioning(chain: Chain, lengths: Lengths, joints: JointValues) ->
 
 
 def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> ConfigurationAndVelocity:
-    """Return a random configuration far from singular ones, with a random task velocity."""
+    """Return a random configuration that is far from all singular configurations, with a random task velocity."""
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
         velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in make_task_velocity(chain)}
@@ -136,8 +136,8 @@ def evaluate_jacobian_precisely(chain: Chain, configuration: Configuration) -> l
 def find_min_conditioning(chain: Chain) -> float:
     """Return the minimum sigma_min/sigma_max of a configuration at which a question asks for numbers.
 
-    The minimum is smaller for many joints, because few of their configurations have a large ratio. It is also smaller
-    for tasks in metres and radians, because the ratio means less if units are mixed.
+    The minimum is smaller for arms with many joints, which have few configurations with a large ratio. It is also
+    smaller for tasks in metres and radians, because the ratio then depends on the units.
     """
     has_one_unit = len({row[0] for row in chain.task}) == 1
     return 0.15 if chain.n <= base.MAX_JOINTS_FOR_INVERSE and has_one_unit else 0.04
@@ -172,13 +172,14 @@ RATE_PREREQUISITES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_PRE
 
 @dataclass(frozen=True, kw_only=True)
 class LoadDetails(Details):
-    """Details of a question about joint torques: the force or moment that the arm exerts, one entry per task row."""
+    """Details of a question about joint torques: the force or moment that the arm exerts, with one entry per task row.
+    """
 
     force: sp.Matrix
 
 
 def make_load_symbols(chain: Chain) -> dict[str, SymbolInfo]:
-    """Return the components of force and moment that correspond to the rows of the task: fx for vx, mx for wx."""
+    """Return the symbols of the force and the moment that the arm exerts, such as fx for the row vx, and mx for wx."""
     force, moment = SymbolInfo("force", "N"), SymbolInfo("moment", "N m")
     return {name: force if name[0] == "f" else moment for name in name_load(chain)}
 

@@ -2,7 +2,8 @@
 
 A formula has the syntax of a Python expression, with ^ for powers. It is parsed into Python's syntax tree and never
 executed: `compute` evaluates a fixed list of operations on the named quantities of an arm (`quantities`). Values are
-arrays as in `derivation.graph`: up to two axes for rows and columns, followed by one axis of the arithmetic.
+arrays as in `derivation.graph`: up to two axes for rows and columns, and then one axis of the arithmetic, such as one
+entry for each of several configurations.
 """
 
 import ast
@@ -54,7 +55,7 @@ _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
 class FormulaError(QdotError):
     """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm.
 
-    `key` is the key in the question's table that must be changed; "" stands for the key with the formula.
+    `key` is the key in the question's table that must be changed. If it is "", this is the key with the formula.
     """
 
     def __init__(self, message: str, key: str = "") -> None:
@@ -74,14 +75,14 @@ class UnknownName(FormulaError):
 
 
 def _resembles_known_name(name: str, known_names: Sequence[str]) -> bool:
-    """Return whether a name is that of a quantity of arms with another number, such as a7 or d3."""
+    """Return whether a name is like that of a quantity, apart from its number, such as a7 or d3."""
     letters = name.rstrip("0123456789")
     known_letters = {known_name.rstrip("0123456789") for known_name in known_names}
     return letters != name and letters in known_letters | {"a", "d", "theta", "alpha", "qd", "qdd"}
 
 
 class Quantities(Protocol):
-    """The named quantities of an arm in one arithmetic, from which formulas are computed."""
+    """The named quantities of an arm, in one arithmetic, from which the values of formulas are computed."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -92,16 +93,16 @@ class Quantities(Protocol):
         """The lengths in the arm's table that are numbers, by name."""
 
     def look_up(self, name: str) -> np.ndarray | None:
-        """Return the value of a name, or of a formula such as "det(J)" that is itself a quantity; None if unknown."""
+        """Return the value of a name, or of a formula such as "det(J)" that is a quantity; None if there is none."""
 
     def constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
-        """Return a function of SCALAR_FUNCTIONS of each entry."""
+        """Apply one of SCALAR_FUNCTIONS to each entry."""
 
     def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the derivative of a formula while the symbols change at the given rates."""
+        """Return the rate of change of a formula if the symbols change at the given rates."""
 
     @property
     def time_rates(self) -> Mapping[str, np.ndarray]:
@@ -145,7 +146,10 @@ _CLOSING_BRACKETS = {"(": ")", "[": "]", "{": "}"}
 
 
 def _explain_syntax_error(text: str, offset: int) -> str:
-    """Return a clause on why a text can't be parsed; `offset` is Python's position of the error, from 1, or 0."""
+    """Return why a text can't be parsed, as a clause.
+
+    `offset` is the position of Python's error, from 1; 0 if it is unknown.
+    """
     open_brackets: list[tuple[int, str]] = []
     for position, sign in enumerate(text, 1):
         if sign in _CLOSING_BRACKETS:
@@ -198,7 +202,7 @@ def find_calls(formula: ast.expr) -> set[str]:
 
 
 def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
-    """Return the value of a formula, with up to two axes for rows and columns before the last axis.
+    """Return the value of a formula: an array with up to two axes for rows and columns before the last axis.
 
     Raises FormulaError for unknown names, and for operations that have no meaning for the shapes of their operands.
     """
@@ -344,7 +348,10 @@ def _compute_call(formula: ast.Call, quantities: Quantities) -> np.ndarray:
 
 
 def _check_arguments(formula: ast.Call, arguments: list[np.ndarray], axis_counts: tuple[int, ...]) -> list[np.ndarray]:
-    """Return the arguments of a function. Raises FormulaError if their numbers of axes are not `axis_counts`."""
+    """Return the arguments of a function unchanged.
+
+    Raises FormulaError if their numbers of axes are not `axis_counts`.
+    """
     if [count_axes(argument) for argument in arguments] != list(axis_counts):
         expected = " and ".join(_SHAPE_WORDS[count] for count in axis_counts)
         actual = " and ".join(map(describe_shape, arguments)) or "nothing"
@@ -378,7 +385,7 @@ def _dot(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def _least_norm(formula: ast.expr, matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Return the shortest vector that the matrix maps to `vector`: M^T (M M^T)^-1 v."""
+    """Return M^T (M M^T)^-1 v, the shortest vector that the matrix M maps to the vector v."""
     if len(matrix) != len(vector) or len(matrix) > matrix.shape[1]:
         raise _make_shape_error(formula, matrix, vector)
     transposed = matrix.swapaxes(0, 1)
@@ -393,7 +400,8 @@ MATRIX_FUNCTIONS: dict[str, tuple[tuple[int, ...], Callable[..., np.ndarray]]] =
     "dot": ((1, 1), _dot),
     "least_norm": ((2, 1), _least_norm),
 }
-"""The functions of vectors and matrices: the numbers of axes of their arguments, and how they are computed."""
+"""Maps each function of vectors and matrices to the numbers of axes of its arguments, and to a function that computes
+it."""
 
 
 def _norm(formula: ast.Call, quantities: Quantities) -> np.ndarray:

@@ -1,8 +1,8 @@
-"""A question on a welding robot: joint rates along a straight line at a given speed.
+"""The question on a welding robot: joint rates along a straight line at a given speed.
 
-A is the position of P in a given initial configuration. P moves on the line from A towards B (given in cm) at constant
-speed v. At the distance s from A, the position of P is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are
-qd = J^-1 u v (6.7), at the configuration with P at p(s).
+A is the position of P at a given initial configuration. P moves on the line from A towards B at constant speed v. At
+the distance s from A, the position of P is p(s) = A + s u with u = (B - A)/|B - A|. The joint rates are qd = J^-1 u v
+(6.7), at the configuration with P at p(s).
 """
 
 from collections.abc import Sequence
@@ -29,19 +29,18 @@ SAMPLE_SPACING = 0.02
 """Distance (m) between the points at which a line is examined."""
 
 REGULAR_CONDITIONING, LESS_REGULAR_CONDITIONING = 0.15, 0.05
-"""Minimum sigma_min/sigma_max along a line: for a regular line, and for a less regular one.
-
-An arm with links of very different lengths may have only less regular lines.
+"""Minimum sigma_min/sigma_max along a line: the preferred limit, and a lower limit for arms on which no line reaches
+it. Such an arm may have links of very different lengths.
 """
 
 START_MARGIN = 1.3
-"""Factor by which sigma_min/sigma_max at the start of a line exceeds the minimum along the line."""
+"""Minimum ratio of sigma_min/sigma_max at the start of a line to the limit along the line."""
 
 NONSINGULAR_CONDITIONING = 1e-3
-"""Minimum sigma_min/sigma_max that only excludes singular configurations, on a line that was examined before."""
+"""Minimum sigma_min/sigma_max on a line that was examined before; it excludes only singular configurations."""
 
 PREFERRED_TRIES = 1000
-"""Number of lines to sample before a less regular one is accepted."""
+"""Number of lines that are sampled before the lower limit is used."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +51,7 @@ class WeldingLine(Configuration):
     speed: sp.Rational
 
     def make_path(self, chain: Chain, context: Any = FLOAT_CONTEXT) -> StraightPath:
-        """Return the path of the arm along the line, in the arithmetic of an mpmath context (by default, floats)."""
+        """Return the arm's path along the line, in the arithmetic of an mpmath context (by default, with floats)."""
         return StraightPath(chain, self.lengths, self.joints, tuple(self.target.values()), context)
 
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
@@ -74,7 +73,7 @@ class WeldingLine(Configuration):
     def compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
         """Return the intermediate results at the distance s from A, to four digits, with angles in degrees.
 
-        They are cached, because hints, solution and translations show the same results.
+        The results are cached, because hints, solutions and translations show the same ones.
         """
         key = chain, sp.sympify(s)
         if key not in self._results:
@@ -108,7 +107,7 @@ class WeldingLine(Configuration):
         return LineDescription(_round(path.start_point), length, _round(path.direction))
 
     def tabulate_results(self, chain: Chain, end: sp.Expr) -> "list[ResultsAtPoint]":
-        """Return the intermediate results at five points from A to the distance `end`, which are denser near `end`."""
+        """Return the intermediate results at five points from A to the distance `end`, with more points near `end`."""
         distances = [sp.Rational(int(percent * end), 100) for percent in (0, 40, 70, 90)]
         return [self.compute_results(chain, s) for s in (*distances, end)]
 
@@ -179,7 +178,7 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             continue
         path = welding_line.make_path(chain)
         samples = list(path.follow(SAMPLE_SPACING, min_conditioning))
-        if samples and samples[-1].s > float(path.length) - SAMPLE_SPACING:  # P reaches the target
+        if samples and samples[-1].s > float(path.length) - SAMPLE_SPACING:  # the arm can follow the whole line
             last_step = int(20 * float(path.length)) - 1  # in steps of 5 cm
             s = sp.Rational(rng.integer(min(3, last_step), last_step), 20)
             joints = welding_line.compute_joint_values(chain, s)
@@ -192,7 +191,7 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 def _sample_line(
     chain: Chain, rng: Stream, min_length: int, max_length: int, min_conditioning: float
 ) -> WeldingLine | None:
-    """Return a random line of `min_length` to `max_length` cm, or None if the sample is unsuitable.
+    """Return a random line with a length of `min_length` to `max_length` cm, or None if the sample is unsuitable.
 
     `min_conditioning` is the minimum sigma_min/sigma_max of the initial configuration.
     """
@@ -208,7 +207,7 @@ def _sample_line(
 def _choose_target(
     chain: Chain, lengths: Lengths, joints: JointValues, displacement: Sequence[int]
 ) -> dict[str, sp.Rational]:
-    """Return the point B at P plus a displacement in cm: its coordinates in m, rounded to centimetres, by axis."""
+    """Return the coordinates of B (m), rounded to centimetres, by axis; B is P plus a displacement in cm."""
     arm = MpmathArm(chain, lengths)
     point, _ = arm.compute_point_and_jacobian([arm.evaluate_number(joints[q]) for q in chain.q])
     start = [sp.Float(PRECISE_CONTEXT.nstr(point[row], 28), 28) for row in arm.task_rows]

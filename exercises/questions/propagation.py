@@ -1,7 +1,7 @@
 """Questions on joint axes, position vectors, J and twists by velocity propagation (6.9 to 6.13; Example 6.4).
 
-The linear rows of J and of a twist come first, as in (6.6). If an arm is described by screw axes, the rows have the
-order of the arm's twists.
+The linear rows of J and of a twist come first, as in (6.6), unless the arm is described by screw axes. Then the rows
+have the order of the arm's twists.
 
 Arms with a modified DH table (Craig) also have a question on velocities in the coordinates of each frame. With
 R = R_{i-1,i}^T, with the origin P_i of frame i in frame i-1, and with each vector expressed in the frame that its
@@ -35,23 +35,23 @@ AXIS_NAMES = ("x", "y", "z")
 """The axes of a frame, which label the rows of vectors."""
 
 LAST_FRAME = 3
-"""The last frame whose velocity is asked for; the velocities of later frames are too much work by hand."""
+"""The last frame for whose velocity questions ask; the velocities of later frames are too much work by hand."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrameDetails(ResultChoiceDetails):
-    """Details of a question about the frame of a link: the number of the frame, which equals the number of the link."""
+    """Details of a question about the frame of a link. The number of the frame is that of the link."""
 
     frame: int
 
 
 def _choose_frame(chain: Chain, rng: Stream) -> FrameDetails:
-    # Frame 1 is excluded if possible, because its motion is the same for too many arms.
+    # Frame 1 is avoided, because its motion is the same for too many arms.
     return FrameDetails(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, LAST_FRAME)))
 
 
 def _derive_frame_velocity(stages: StageResults, details: Any, jacobian_stage: str) -> np.ndarray:
-    """Return the twist of frame i = `details.frame`: the Jacobian of joints 1 to i, times their rates."""
+    """Return the twist of the frame i in `details`: the Jacobian of joints 1 to i, multiplied by their rates."""
     return apply_matrix(stages.keep_first_joints(details.frame)[jacobian_stage], stages["joint rates"][: details.frame])
 
 
@@ -60,7 +60,7 @@ def _list_joint_numbers(chain: Chain) -> range:
 
 
 def _list_row_indices(chain: Chain) -> list[int]:
-    """Return the indices of the rows in the order asked for, among six rows with the linear rows first."""
+    """Return the order in which questions ask for the six rows, as indices of rows with the linear rows first."""
     return [VELOCITY_NAMES.index(row) for row in convention_of(chain).velocity_names]
 
 
@@ -69,7 +69,7 @@ def _list_row_indices(chain: Chain) -> list[int]:
 
 @dataclass(frozen=True)
 class RecursionStep:
-    """A step of the recursion to a frame: the frame's number, and the kind of the joint that moves the frame.
+    """One step of the recursion: the number of a frame, and the kind of the joint that moves the frame.
 
     `rotation` is R = R_{i-1,i}^T, and `origin` is P_i. `omega` and `v` are the velocities of the frame, in the
     coordinates of the frame.
@@ -85,7 +85,7 @@ class RecursionStep:
 
 @dataclass(frozen=True, kw_only=True)
 class RecursionDetails(Details):
-    """Details of a question about the velocity of a frame: its number, and the steps of the recursion to the frame."""
+    """Details of a question about the velocity of a frame: the frame's number, and the steps of the recursion."""
 
     frame: int
     steps: tuple[RecursionStep, ...]
@@ -107,7 +107,7 @@ def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
 
 
 def _collect_rates(vector: sp.Matrix, symbolic_chain: Chain) -> sp.Matrix:
-    """Return a vector with each entry as a sum over the joint rates, with coefficients in textbook form."""
+    """Return a vector whose entries are sums over the joint rates, with coefficients in textbook form."""
 
     def collect(entry: sp.Expr) -> sp.Expr:
         coefficients = ((sp.expand(entry).coeff(rate), rate) for rate in symbolic_chain.rates)

@@ -35,9 +35,9 @@ STAGES_BY_NAME = {
     "transpose(J)": "transposed jacobian",
     "det(J * transpose(J))": "gram determinant", "sqrt(det(J * transpose(J)))": "manipulability",
 }  # fmt: skip
-"""The formulas, as `ast.unparse` writes them, whose values are stages of the derivation. Their names are the position p
-of the tool, the Jacobian J of the task, the linear and angular Jacobians Jv and Jw (3 x n), the joint rates qd, and the
-velocity xd in the rows of the task."""
+"""Maps formulas, as `ast.unparse` writes them, to the stages of the derivation with their values. The formulas contain
+the position p of the tool, the Jacobian J of the task, the linear and angular Jacobians Jv and Jw (3 x n), the joint
+rates qd, and the velocity xd in the rows of the task."""
 
 RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
     **{name: operator.itemgetter(stage) for name, stage in STAGES_BY_NAME.items()},
@@ -48,19 +48,21 @@ RESULTS: dict[str, Callable[[StageResults], np.ndarray]] = {
     "f": lambda stages: stages.stack_symbol_values(name_load(stages.chain)),
     "least_norm(J, xd)": lambda stages: apply_matrix(stages["pseudo-inverse"], stages["wanted velocity"]),
 }
-"""All results that formulas may name. Besides the stages: the velocity v and angular velocity w of the tool, the joint
-variables q and accelerations qdd, and the load f, with a force or moment for each row of the task."""
+"""Maps each result that formulas may name to a function that computes it. In addition to the stages, these are the
+velocity v and angular velocity w of the tool, the joint variables q and accelerations qdd, and the load f, which has a
+force or moment for each row of the task."""
 
 SQUARE_RESULTS = ("det(J)", "inv(J)", "inv(J) * xd")
-"""The results of arms with a square Jacobian only."""
+"""The results that only arms with a square Jacobian have."""
 
 _FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
-"""Origins and axes of frames, as in o1 and z0; rotations and transforms between frames, as in R01 and T02."""
+"""Matches origins and axes of frames, as in o1 and z0, and rotations and transforms between frames, as in R01 and
+T02."""
 
 STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
-"""Central differences of order eight: numbers of steps to each side, and their weights."""
+"""The number of steps to each side, and the weight, of each difference in a central difference of order eight."""
 STEP = 0.02
-"""The usual size of a step (rad, m); the error of a derivative is about 1e-12 for the sines and cosines of an arm."""
+"""The usual step (rad or m). The derivatives of an arm's sines and cosines then have errors of about 1e-12."""
 
 
 def name_load(chain: Chain) -> tuple[str, ...]:
@@ -79,10 +81,10 @@ def has_frames(chain: Chain) -> bool:
 
 
 class FrameName(NamedTuple):
-    """A name such as o1, z0 or R12: the letter, and the frames (the same frame twice for an origin or an axis).
+    """The letter and the frames in a name such as o1, z0 or R12.
 
-    The letter is o for an origin; x, y or z for an axis; R for a rotation and T for a transform from the last frame to
-    the first.
+    The letter is o for an origin, and x, y or z for an axis; both frames are then the same. It is R for a rotation and
+    T for a transform from the last frame to the first.
     """
 
     letter: str
@@ -91,7 +93,7 @@ class FrameName(NamedTuple):
 
 
 def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
-    """Return the parts of a name such as R12; None for other names.
+    """Return the letter and the frames in a name such as R12; None for other names.
 
     Raises FormulaError for frames that the arm does not have.
     """
@@ -108,11 +110,11 @@ def parse_frame_name(name: str, chain: Chain) -> FrameName | None:
 
 
 _SYMBOL = re.compile(r"(?:theta|alpha|a|d|qd|qdd)\d|[vw][xyz]|[fm][xyz]|pi")
-"""The names of symbols of arms, of the components of loads, and of pi."""
+"""Matches names of symbols of arms, of components of loads, and pi."""
 
 
 def is_result_or_symbol(name: str) -> bool:
-    """Return whether a name may be a result of a derivation, or a symbol, of some arm.
+    """Return whether a name is a result of a derivation, or a symbol, for some arm.
 
     >>> [is_result_or_symbol(name) for name in ("p", "o7", "theta1", "speed")]
     [True, True, True, False]
@@ -121,7 +123,7 @@ def is_result_or_symbol(name: str) -> bool:
 
 
 def is_quantity(formula: ast.expr) -> bool:
-    """Return whether a formula is a quantity of an arm, an entry of one, or the velocity of a frame's origin.
+    """Return whether a formula is a quantity of an arm, an entry of such a quantity, or the velocity of an origin.
 
     >>> [is_quantity(ast.parse(text, mode="eval").body) for text in ("v.x", "J[1, 2]", "ddt(o2)", "m*v.x")]
     [True, True, True, False]
@@ -144,9 +146,9 @@ def list_result_names(chain: Chain) -> list[str]:
 
 
 class StageQuantities(ABC):
-    """The quantities that follow from the stages of a derivation, which may contain mistakes.
+    """The quantities of an arm, computed from the stages of a derivation that may contain mistakes.
 
-    `symbols` are the names of all symbols that a formula may use. `numbers` are the numeric entries of the arm's table,
+    `symbols` are the names of all symbols that a formula may use. `numbers` are the numeric lengths in the arm's table,
     by name.
     """
 
@@ -200,7 +202,7 @@ class StageQuantities(ABC):
 
     @property
     def time_rates(self) -> Mapping[str, np.ndarray]:
-        """The rate of each symbol that changes with time: of the joint variables and of their rates."""
+        """The rates of change of the joint variables and of the joint rates, by name."""
         chain, get_symbol_value = self.stages.chain, self.stages.arithmetic.get_symbol_value
         rates = {q.name: get_symbol_value(rate.name) for q, rate in zip(chain.q, chain.rates, strict=True)}
         accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
@@ -220,10 +222,10 @@ class StageQuantities(ABC):
 
 
 class NumericQuantities(StageQuantities):
-    """The quantities as numbers at several configurations. Derivatives are central differences of order eight.
+    """The quantities as numbers at several configurations.
 
-    If a mistake changes the unit of length, lengths and the rates of prismatic joints have this unit. Derivatives are
-    those with respect to the symbols in SI units.
+    Derivatives are central differences of order eight. If a mistake changes the unit of length, lengths and rates of
+    prismatic joints have the changed unit. Derivatives are taken with respect to the symbols in SI units.
     """
 
     @cached_property
@@ -306,7 +308,7 @@ class SymbolicQuantities(StageQuantities):
         return self._for_each_entry(differentiate, value)
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the value of a formula with expressions in the place of symbols."""
+        """Return the value of a formula in which expressions replace symbols."""
         substitution = {sp.Symbol(name): value[0] for name, value in values.items()}
         return self._for_each_entry(lambda entry: entry.xreplace(substitution), compute(formula, self))
 
@@ -316,7 +318,7 @@ class SymbolicQuantities(StageQuantities):
 
 
 class TreeQuantities(StageQuantities):
-    """The quantities as formula trees, the form in which students' answers are parsed."""
+    """The quantities as formula trees, like students' parsed answers."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Return a function of each entry."""
@@ -331,7 +333,7 @@ class TreeQuantities(StageQuantities):
         return self._for_each_entry(differentiate, compute(formula, self))
 
     def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the value of a formula with trees in the place of symbols."""
+        """Return the value of a formula in which trees replace symbols."""
         trees = {name: value[0] for name, value in values.items()}
         return self._for_each_entry(lambda node: replace_names(node, trees), compute(formula, self))
 
@@ -353,7 +355,7 @@ def make_quantities(stages: StageResults, symbols: frozenset[str], numbers: Mapp
 def compile_formula(formula: ast.expr, symbols: Sequence[str] = ()) -> Callable[[StageResults], np.ndarray]:
     """Return a function that computes the value of a formula, (…), (rows, …) or (rows, columns, …), from the stages.
 
-    `symbols` are the names of symbols that the arm does not have. The function raises FormulaError.
+    `symbols` are the names of symbols that the arm does not have. The returned function may raise FormulaError.
     """
     if (compute_result := RESULTS.get(ast.unparse(formula))) is not None and not symbols:
         return compute_result
@@ -367,7 +369,7 @@ def compile_formula(formula: ast.expr, symbols: Sequence[str] = ()) -> Callable[
 
 
 def select_components(value: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    r"""Return the components of a vector in which its names end, such as v_x and \omega_{z}; all if each has a name.
+    r"""Return the components of a vector that names such as v_x and \omega_{z} end with, or all if each one has a name.
 
     Raises FormulaError if the names don't fit the value.
     """

@@ -1,4 +1,4 @@
-"""Questions on the rank, the lost direction and the meaning of singular configurations (null space of J^T; 6.8).
+"""Questions on the rank of J, the direction of motion that is lost, and the geometric meaning of a singularity (6.8).
 
 The singular set of an arm consists of branches. At the configurations of a branch, some joints have given values, or a
 condition on several joints holds. Results for a branch are derived once for the arm's structure (the arm with symbols
@@ -62,7 +62,7 @@ MEANING_SAMPLE_COUNT, KIND_SAMPLE_COUNT = 8, 60
 
 @lru_cache(maxsize=1024)
 def _find_sets_with_larger_rank_loss(symbolic_chain: Chain) -> tuple[tuple[int, ...], ...]:
-    """Return the sets of components (by index) that together reduce the rank of a structure by more than one."""
+    """Return the sets of components (by index) on whose intersection a structure loses more than one rank."""
     components = find_singular_set(symbolic_chain) or ()
     lost_ranks = range(2, compute_full_rank(symbolic_chain) + 1)
 
@@ -109,7 +109,7 @@ class RankDetails(ConfigurationDetails):
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose whether rank is lost, then sample a configuration without rounded values; a rounded one has full rank."""
+    """Choose how much rank is lost, then sample a configuration without rounded values, which would have full rank."""
     samplers: tuple[Sampler, ...] = (
         sample_regular_configuration,
         _sample_with_single_rank_loss,
@@ -159,7 +159,7 @@ def _find_lost_vector_objection(chain: Chain) -> str | None:
 
 
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
-    """Return the branches that lose exactly one direction: those with a formula for the direction, or else all."""
+    """Return the branches that lose one direction, if possible only those with a formula for the direction."""
     symbolic_chain = make_symbolic_arm(chain).chain
     branches = [b for b in match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)]
     return [b for b in branches if find_shortest_lost_direction(symbolic_chain, b.structure_component)] or branches
@@ -167,7 +167,7 @@ def _find_branches_with_vector(chain: Chain) -> list[Branch]:
 
 @lru_cache(maxsize=1024)
 def _loses_one_direction(symbolic_chain: Chain, component: Component) -> bool:
-    """Return whether a sampled configuration of a structure on a component loses exactly one direction."""
+    """Return whether a structure has a configuration on a component at which exactly one direction is lost."""
     return sample_singular_configuration(symbolic_chain, (component,), Stream("one"), 1) is not None
 
 
@@ -188,7 +188,8 @@ class JacobianOnBranch:
 
 @dataclass(frozen=True, kw_only=True)
 class LostDirectionDetails(Details):
-    """Details about a direction that is lost at given joint values, for any values of the other joints."""
+    """Details about the direction that is lost if some joints have given values and the other joints have any values.
+    """
 
     jacobian_on_branch: JacobianOnBranch = field(metadata=recorded_as("lost"))
 
@@ -199,7 +200,7 @@ class LostDirectionDetails(Details):
 
 
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Ask for the direction: as a formula if the branch has a short one, else as numbers at a configuration."""
+    """Ask for the lost direction of a branch: as a formula if it is short, else as numbers at a configuration."""
     for branch in rng.permutation(_find_branches_with_vector(chain)):
         formula = find_shortest_lost_direction(make_symbolic_arm(chain).chain, branch.structure_component)
         if formula is not None:
@@ -218,7 +219,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 def _substitute_numbers(
     chain: Chain, branch: Branch, formula: LostDirectionFormula
 ) -> tuple[JacobianOnBranch, sp.Matrix]:
-    """Return J on a branch, and the lost direction, with the numbers of the arm in a formula for its structure."""
+    """Return J on a branch and the lost direction of an arm, given the formulas for its structure."""
     substitute = derive(chain).substitute_values
     free_joints = tuple(q for q in chain.q if q not in dict(branch.values))
     jacobian = None if formula.jacobian is None else formula.jacobian.applyfunc(substitute)
@@ -236,15 +237,12 @@ def find_lost_direction_formula(chain: Chain, values: ValueCombination) -> tuple
     return None
 
 
-# --- lost direction, in words ---
-
-
 # --- geometric meaning of a singularity ---
 
 
 @lru_cache(maxsize=1024)
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
-    """Return a geometric statement that holds on a structure's whole branch, and wrong ones; None if none is found."""
+    """Return the geometric statement that holds on a whole branch of a structure, and wrong statements, or None."""
     samples = sample_singular_configurations(symbolic_chain, component, MEANING_SAMPLE_COUNT)
     meanings = find_branch_meanings(
         symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
@@ -256,7 +254,7 @@ def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeaning
 
 @lru_cache(maxsize=1024)
 def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None:
-    """Return the kind of a structure's branch, "boundary" or "internal", or None if it differs within the branch."""
+    """Return the kind of a structure's branch, "boundary" or "internal"; None if the branch has both kinds."""
     if not can_establish_kind(symbolic_chain):
         return None
     samples = sample_singular_configurations(symbolic_chain, component, KIND_SAMPLE_COUNT)
@@ -280,7 +278,7 @@ def _find_meaning_objection(chain: Chain) -> str | None:
 
 
 class MeaningOption(NamedTuple):
-    """An option of a question about a singularity; the kind is None if it differs within the branch."""
+    """An option of a question about a singularity; the kind is None if the branch has both kinds."""
 
     meaning: Meaning
     kind: str | None
@@ -293,9 +291,10 @@ class MeaningOption(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class MeaningDetails(Details):
-    """Details of a question about the geometric meaning of a branch: what all of its configurations look like.
+    """Details of a question about the geometric meaning of a branch, that is, what its configurations look like.
 
-    The question states the joint `values` of the branch, or else one `configuration` that satisfies its `condition`.
+    The question states the joint `values` of the branch or, if there are none, one `configuration` that satisfies the
+    `condition` of the branch.
     """
 
     values: ValueCombination = field(metadata=recorded_as("asked.values"))
@@ -305,7 +304,8 @@ class MeaningDetails(Details):
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the correct meaning and a wrong one, each with both kinds; if there is no kind, offer several meanings."""
+    """Offer the correct meaning and a wrong one, each with both kinds, or several meanings if there is no common kind.
+    """
     for branch, meanings in _iterate_branches_with_meaning(chain, rng.permutation(match_branches(chain))):
         configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:
@@ -330,7 +330,7 @@ def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _confirm_common_kind(chain: Chain, branch: Branch, configuration: ExactConfiguration) -> str | None:
-    """Return the kind of a branch of the structure, or None if it is not the kind of the arm's own configuration."""
+    """Return the kind of a branch of the structure; None unless a configuration of the arm has the same kind."""
     kind = _find_common_kind(make_symbolic_arm(chain).chain, branch.structure_component)
     kinds_of_arm = classify_samples(chain, [convert_to_sample(chain, configuration)]) if kind else []
     return kind if kinds_of_arm == [kind] else None

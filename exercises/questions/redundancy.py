@@ -6,7 +6,7 @@
 - The condition number kappa is the largest singular value divided by the smallest.
 - For n = m + 1, the maximal minors with alternating signs span the null space of J, the self-motion.
 
-Manipulability and condition number combine all entries of J, so these questions apply only if the units allow that.
+Manipulability and condition number combine all entries of J, so these questions apply only if the entries' units fit.
 Formulas are derived once for the structure of an arm, which is the arm with symbols for all lengths and oblique angles.
 """
 
@@ -32,10 +32,10 @@ from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE, Configurat
 from qdot.exercises.reference_answers import Direction, Expression, Number
 
 MAX_TERMS = 12
-"""Maximum number of terms of det(J J^T) to work out by hand. A self-motion may have half as many."""
+"""Maximum number of terms of det(J J^T) to work out by hand; a self-motion may have half as many terms."""
 
 ZERO_TOLERANCE = 1e-9
-"""Limit below which the ratio of two singular values, or the largest entry of a column, counts as zero."""
+"""A ratio of singular values, or the largest entry of a column, counts as zero below this limit."""
 
 MAX_JOINTS = 4
 """Maximum number of joints for which minors are worked out as formulas by hand."""
@@ -44,7 +44,7 @@ MAX_JOINTS = 4
 
 
 def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
-    """Return the task Jacobian (m x n) at a configuration without special features, for tests of the rank."""
+    """Return the task Jacobian (m x n) at an arbitrary configuration, to test the rank of the Jacobian."""
     values = {symbol: sp.Rational(3 * i + 5, 10) for i, symbol in enumerate(chain.parameters)}
     return np.array(
         MpmathArm(chain, values, FLOAT_CONTEXT).compute_task_jacobian([0.3 + 0.7 * i for i in range(chain.n)])
@@ -52,13 +52,14 @@ def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
 
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm with a symbolic angle in its table, for which no number is sampled; else None."""
+    """Return an objection to an arm with a symbolic angle in its table, because no number is sampled for it, or None.
+    """
     angles = [symbol.name for symbol in chain.parameters if is_angle_symbol(symbol)]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
 
 def _find_rank_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm that has no numeric configuration of full rank."""
+    """Return an objection to an arm whose Jacobian never has full rank, or None."""
     if objection := find_symbolic_angle_objection(chain):
         return objection
     sigma = np.linalg.svd(_evaluate_generic_jacobian(chain), compute_uv=False)
@@ -66,7 +67,8 @@ def _find_rank_objection(chain: Chain) -> str | None:
 
 
 def _find_redundancy_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm that is not redundant, loses rank everywhere, or has a joint without effect."""
+    """Return an objection to an arm that is not redundant, never has full rank, or has a joint without effect, or None.
+    """
     m, n = len(chain.task), chain.n
     if n <= m:
         task = ", ".join(chain.task)
@@ -78,7 +80,7 @@ def _find_redundancy_objection(chain: Chain) -> str | None:
 
 
 def _find_mixed_joints_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm with revolute and prismatic joints: their rates have no common unit."""
+    """Return an objection to an arm with revolute and prismatic joints, whose rates have different units, or None."""
     is_mixed = len({joint.kind for joint in chain.joints}) > 1
     return "it has revolute and prismatic joints, whose rates have different units" if is_mixed else None
 
@@ -94,7 +96,7 @@ def _find_minimum_norm_objection(chain: Chain) -> str | None:
 class MinorDetails(Details):
     """Details about the maximal minors: the product of the factors that all of them share, and the other factors.
 
-    `squares` are the squares of the minors, each divided by the shared factors.
+    `squares` are the squares of the minors after division by the shared factors.
     """
 
     shared_factors: sp.Expr = field(metadata=recorded_as("shared"))
@@ -153,7 +155,7 @@ def _factor_minors(symbolic_chain: Chain) -> FactoredMinors:
 
 
 def _count_terms(product: Factored) -> int:
-    """Return the number of terms of a product: those of each sum, with nested sums counted term by term."""
+    """Return the number of terms of all sums in a product, also of nested sums."""
 
     def count(expression: sp.Expr) -> int:
         if expression.is_Add:
@@ -175,7 +177,7 @@ def _find_gram_size_objection(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class MinimumNormDetails(VelocityDetails):
-    """Details of a question about joint rates J^T w: the matrix J J^T, and the weights w that solve J J^T w = v."""
+    """Details of a question about minimum-norm joint rates J^T w: the matrix J J^T, and w, which solves J J^T w = v."""
 
     gram: sp.Matrix
     weights: sp.Matrix
@@ -200,7 +202,7 @@ def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
 
 
 def _find_manipulability_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm whose w is always zero, is constant, or mixes units."""
+    """Return an objection to an arm whose manipulability is always zero, is constant, or mixes units, or None."""
     m, n = len(chain.task), chain.n
     rows = ", ".join(chain.task)
     if n < m:
@@ -222,7 +224,7 @@ def _find_condition_number_objection(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class GramDetails(VelocityDetails):
-    """Details about J J^T at a configuration: its eigenvalues, the largest first, and k if the unit of w is m^k."""
+    """Details about J J^T at a configuration: its eigenvalues in descending order, and the power of m in w's unit."""
 
     gram: sp.Matrix
     eigenvalues: tuple[sp.Float, ...]
@@ -283,7 +285,7 @@ def _find_self_motion_objection(chain: Chain) -> str | None:
 class SelfMotionFormulaDetails(Details):
     """Details of a question about a self-motion as formulas: the factors that all maximal minors share.
 
-    There is no `configuration`, unlike in the VelocityDetails of a self-motion in numbers.
+    The `configuration` is None, because only a self-motion in numbers has one.
     """
 
     configuration: None = field(metadata=recorded_as("situation"))
@@ -311,16 +313,17 @@ def compute_null_vector(jacobian: list[Vector]) -> Vector:
     for k in range(n):
         weights = precise.solve_linear(precise.gram_matrix(jacobian), [row[k] for row in jacobian])
         projection = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
-        if projection[k] > 1 / (2 * n):  # the square of the null vector's entry k; for one k it is at least 1/n
+        if projection[k] > 1 / (2 * n):  # the square of entry k of the null vector; at least 1/n for some k
             norm = sum(value**2 for value in projection) ** 0.5
             return [value / norm for value in projection]
     raise ValueError("the matrix has more than one direction in its null space, or none")
 
 
 def write_self_motion(chain: Chain) -> sp.Matrix:
-    """Return joint rates with zero task velocity, n x 1 for n = m + 1: entry i is (-1)^i times the minor without i.
+    """Return joint rates with zero task velocity, n x 1 for n = m + 1.
 
-    Factors that all minors share are omitted. So the vector is not zero at configurations where only these are zero.
+    Entry i is (-1)^i times the maximal minor without column i. Factors that all minors share are omitted, so that the
+    vector is not zero at their zeros.
     """
     # The minors are in the order of the columns that they contain, so the first minor omits the last column.
     minors = [_substitute_numbers(chain, minor) for minor in reversed(_factor_minors_of(chain).quotients)]

@@ -1,7 +1,7 @@
-"""Derive reference answers in stages (`derivation.graph`), some of which have formulas in textbook form.
+"""Derive reference answers in stages (`derivation.graph`).
 
-The other stages, and the answers, are computed from these. A formula is in textbook form if a textbook would print it
-like this: sums of angles are combined, and common factors are taken out.
+Some stages have formulas in textbook form. The other stages, and the answers, are computed from these formulas. In
+textbook form, sines and cosines of sums of angles are combined, and common factors are taken out.
 """
 
 from collections.abc import Callable, Mapping
@@ -31,7 +31,8 @@ TEXTBOOK_FORMULAS: TextbookFormulas = {
     "inverse": lambda chain: derive(chain).inverse,
     "required rates": lambda chain: derive(chain).derive_rate_law(),
 }
-"""Formulas for all questions. The vectors to the point are p*_i; the linear rows are those of the 6 x n Jacobian."""
+"""The formulas for all questions. The "vectors to point" are p*_i, and the "linear rows" are those of the 6 x n
+Jacobian."""
 
 VECTOR_STAGES = frozenset({"point", "last origin", "required rates"})
 """The stages that are vectors, although their formulas are matrices with one column."""
@@ -53,7 +54,7 @@ class ReferenceDerivation(StageResults):
         return rows if stage in VECTOR_STAGES else rows[..., None]
 
     def keep_first_joints(self, joint_count: int) -> StageResults:
-        """Return the derivation of the arm of the first `joint_count` joints; its point is its last frame's origin."""
+        """Return the derivation of the arm of the first joints; its point is the origin of its last frame."""
         return derive_reference(convention_of(self.chain).keep_first_joints(joint_count), self.textbook_formulas)
 
 

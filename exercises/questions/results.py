@@ -42,7 +42,7 @@ def solves_equations(part: Part) -> bool:
 
 
 def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iterable[str]) -> Node | None:
-    """Return det J as a formula tree if the entries of an answer, such as the inverse, are divided by it; else None.
+    """Return det J as a formula tree if it is the denominator of an answer's entries, as in the inverse; else None.
 
     `symbol_names` are the names of the problem's symbols.
     """
@@ -53,7 +53,7 @@ def find_determinant_in_denominator(chain: Chain, part: Part, symbol_names: Iter
 
 
 def compute_answer(stages: StageResults, part: Part) -> np.ndarray:
-    """Return the answer to a part that follows from a derivation, (rows, columns, …), with its mistakes.
+    """Return the answer to a part that follows from a derivation and its mistakes, (rows, columns, …).
 
     Mistakes in the final result (RESULT) are applied last. Raises TypeError if the answer to the part is not computed
     from the stages of a derivation.

@@ -1,11 +1,11 @@
 """Questions on arms described by their axes: screws, pose by exponentials, Jacobians and twists in {s} and {b}.
 
-The notation is that of Lynch and Park. Twists are computed as (omega, v), and asked for in the twist order of the arm.
-The home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic joint. The
-space frame {s} is the world frame. The body frame {b} moves with the last link, has its origin at the task point P, and
-is parallel to {s} at home. Column i of the space Jacobian J_s is S_i, moved by the joints before joint i. The body
-Jacobian describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s. The structure of an arm is the arm
-with symbols for all lengths and oblique angles.
+The notation is that of Lynch and Park. Twists are computed as (omega, v). Questions ask for the rows in the twist order
+of the arm. The home screw of joint i is S_i = (omega_i, -omega_i x q_i) for a revolute joint, (0, v_i) for a prismatic
+joint. The space frame {s} is the world frame. The body frame {b} moves with the last link, has its origin at the task
+point P, and is parallel to {s} at home. Column i of the space Jacobian J_s is S_i, moved by the joints before joint i.
+The body Jacobian describes the same motion in the coordinates of {b}: J_b = [Ad_{T_bs}] J_s. The structure of an arm is
+the arm with symbols for all lengths and oblique angles.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,7 +39,8 @@ MAX_JOINTS = 4
 
 @dataclass(frozen=True)
 class Screw:
-    """The screw of a joint: the direction of the axis, a point on the axis (3 x 1 each; m), and (omega, v), 6 x 1."""
+    """The screw of a joint: the direction of its axis (3 x 1), a point on the axis (3 x 1, m), and (omega, v) (6 x 1).
+    """
 
     number: int
     kind: str
@@ -49,7 +50,7 @@ class Screw:
 
     @property
     def moment(self) -> sp.Matrix:
-        """The lower half of the coordinates, v (3 x 1)."""
+        """The linear part v of the coordinates (3 x 1)."""
         return self.coordinates[3:, :]
 
 
@@ -69,7 +70,7 @@ class SpaceJacobianDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class BodyFrameDetails(Details):
-    """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian or None."""
+    """Details about the body frame: its rotation R_sb, its origin P in {s}, and the space Jacobian if it is needed."""
 
     rotation: sp.Matrix
     origin: sp.Matrix = field(metadata=recorded_as("place"))
@@ -80,7 +81,7 @@ class BodyFrameDetails(Details):
 
 
 def _join_twist(kind: str, axis: sp.Matrix, velocity: sp.Matrix) -> sp.Matrix:
-    """Return the twist (omega, v), 6 x 1, due to a joint at unit rate; `velocity` is v if the joint is revolute."""
+    """Return the twist (omega, v), 6 x 1, that a joint causes at unit rate; `velocity` is the v of a revolute joint."""
     return axis.col_join(velocity) if kind == REVOLUTE else sp.zeros(3, 1).col_join(axis)
 
 
@@ -100,7 +101,7 @@ def make_cross_product_matrix(vector: sp.Matrix) -> sp.Matrix:
 
 
 def compute_exponential(axis: Axis, value: sp.Expr) -> sp.Matrix:
-    """Return e^([S] value), 4 x 4, for a joint axis at home: Rodrigues' formula, or a translation if prismatic.
+    """Return e^([S] value), 4 x 4, for a joint axis at home: a rotation by Rodrigues' formula, or a translation.
 
     >>> theta = sp.Symbol("theta1")
     >>> compute_exponential(Axis("R", sp.Matrix([0, 0, 1]), sp.Matrix([2, 0, 0])), theta)[:2, 3]
@@ -139,7 +140,7 @@ def list_moved_screws(chain: Chain) -> tuple[Screw, ...]:
     for screw, axis in zip(symbolic_screws, compute_home_geometry(chain).axes, strict=True):
         vectors = (screw.direction, screw.point, screw.coordinates)
         direction, point, coordinates = map(derive(chain).substitute_matrix, vectors)
-        if chain.axis_points:  # move each point along its axis to the point that the arm's description gives
+        if chain.axis_points:  # move each point along its axis to the point that is given in the arm's description
             distance = recognize_exact(axis.direction.dot(axis.point - point.xreplace(home)))
             point = (point + distance * direction).applyfunc(remove_brackets)
         moved_screws.append(Screw(screw.number, screw.kind, direction, point, coordinates))
@@ -156,9 +157,9 @@ def derive_space_jacobian(chain: Chain) -> sp.Matrix:
 
 
 class BodyKinematics(NamedTuple):
-    """R_sb (3 x 3), J_b (6 x n) for the twist (omega, v) in {b}, and [P] R_sb (3 x 3).
+    """The rotation R_sb (3 x 3), the body Jacobian J_b (6 x n) for the twist (omega, v) in {b}, and [P] R_sb (3 x 3).
 
-    R_sb is the identity at home. v is the velocity of P.
+    At home, R_sb is the identity. v is the velocity of P.
     """
 
     rotation: sp.Matrix
@@ -167,9 +168,9 @@ class BodyKinematics(NamedTuple):
 
 
 def _find_home_offsets(chain: Chain) -> dict[sp.Symbol, sp.Expr]:
-    """Return the values of the structure's joint variables when the arm is at home: the arm's joint offsets.
+    """Return the values of the structure's joint variables if the arm is at home, which are the arm's joint offsets.
 
-    An offset that is not zero or a multiple of pi/2 becomes a symbol.
+    A symbol replaces an offset that is neither zero nor a multiple of pi/2.
     """
     home = {}
     for q, offset, joint in zip(chain.q, chain.offsets, chain.joints, strict=True):
@@ -186,7 +187,7 @@ def _derive_structure_kinematics(symbolic_chain: Chain, home: tuple[tuple[sp.Sym
     rotation = to_textbook_matrix(last_rotation * home_rotation.T)
     columns = []
     for joint, frame in zip(symbolic_chain.joints, frames, strict=False):
-        # Simplify in the coordinates of the last frame, then change to those of {b}.
+        # Simplify in the coordinates of the last frame, then convert to the coordinates of {b}.
         z = home_rotation * to_textbook_matrix(last_rotation.T * frame.rotation[:, 2])
         lever = home_rotation * to_textbook_matrix(last_rotation.T * (point - frame.origin))
         columns.append(_join_twist(joint.kind, z, z.cross(lever)))
@@ -195,10 +196,10 @@ def _derive_structure_kinematics(symbolic_chain: Chain, home: tuple[tuple[sp.Sym
 
 
 def _has_oblique_angles(chain: Chain) -> bool:
-    """Return whether the arm has oblique angles, for which the results of its structure can't be used.
+    """Return whether the arm has oblique angles, so that it can't use the results for its structure.
 
-    These are link twists that are symbols in the structure, and joint offsets that are not rational multiples of pi.
-    With a symbol for each such angle, short numeric results would become thousands of terms.
+    Oblique angles are link twists that are symbols in the structure, and joint offsets that are not rational multiples
+    of pi. With a symbol for each of them, short results would become thousands of terms.
     """
     has_oblique_twist = any(joint.alpha.free_symbols for joint in make_symbolic_arm(chain).chain.joints[:-1])
     revolute_offsets = [offset for offset, joint in zip(chain.offsets, chain.joints, strict=True) if joint.is_revolute]
@@ -215,8 +216,8 @@ def _rotate_back(axis: Axis, angle: sp.Expr, vectors: sp.Matrix) -> sp.Matrix:
 def _derive_body_column(chain: Chain, index: int) -> sp.Matrix:
     """Return the column of a joint (from 0) in J_b, 6 x 1: its home screw about P, moved back by the joints after it.
 
-    A later revolute joint rotates omega and the velocity of the points on its own axis. So the sine and cosine of a
-    joint occur at most once in each product.
+    A later revolute joint only rotates omega and the velocity of points on its axis, so each product contains the sine
+    or cosine of a joint at most once.
     """
     axes, home_point = compute_home_geometry(chain)
     joint_axis = axes[index]
@@ -303,7 +304,8 @@ def _get_twist_row_order(chain: Chain) -> Sequence[int]:
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
-    """Return an adjoint, (6, 6, …), with rows and columns reordered from (omega, v) to the twist order, or back."""
+    """Return an adjoint, (6, 6, …), with rows and columns reordered from (omega, v) to the arm's twist order, or back.
+    """
     return np.asarray(adjoint[_get_twist_row_order(chain)][:, _get_twist_row_order(chain)])
 
 

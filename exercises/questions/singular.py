@@ -1,7 +1,7 @@
 """Questions on singular configurations and their kind (6.8; Examples 6.2 and 6.3).
 
-Unlike Example 6.3, the answers include the shoulder singularity. The singular set of an arm consists of components. A
-component is given by values of some joints (its solutions), or by a condition on several joints.
+The answers include the shoulder singularity, which Example 6.3 omits. The singular set of an arm consists of
+components. A component is given by values of some joints (its solutions), or by a condition on several joints.
 """
 
 from collections.abc import Iterator
@@ -38,12 +38,12 @@ KIND_OPTIONS = {
 
 
 MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 150, 200
-"""Maximum numbers of samples for a regular configuration: of samples that seem singular to some students, and of
-all."""
+"""Maximum numbers of samples for a regular configuration: of samples that seem singular after a mistake, and in
+total."""
 
 
 def find_singularity_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm without singular configurations, or without regular ones; None for other arms."""
+    """Return an objection to an arm without singular configurations, or without regular configurations, or None."""
     components = find_singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
@@ -51,7 +51,7 @@ def find_singularity_objection(chain: Chain) -> str | None:
 
 
 def find_lost_direction_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm that can't lose exactly one of several directions of motion."""
+    """Return an objection to an arm that can't lose exactly one of several directions of motion, or None."""
     m = len(chain.task)
     if objection := find_singularity_objection(chain):
         return objection
@@ -70,7 +70,8 @@ def _find_kind_objection(chain: Chain) -> str | None:
 class ConfigurationsOfOneKind:
     """The configurations whose kind is asked for: one with given joint values, or all that satisfy a condition.
 
-    The prompt shows the joint values or `words`. It never shows the condition, which is the answer to another question.
+    The prompt shows the joint values, or describes the condition in `words`. The condition itself is the answer to
+    another question.
     """
 
     joints: JointValues
@@ -84,7 +85,7 @@ class ConfigurationsOfOneKind:
 
 
 def find_components_containing(chain: Chain, configurations: ConfigurationsOfOneKind) -> list[Component]:
-    """Return the components of the singular set that contain the configurations, each at the joint values only."""
+    """Return the components of the singular set that contain the configurations, restricted to the joint values."""
     components = []
     for component in find_singular_set(chain) or ():
         if configurations.condition is not None:
@@ -110,7 +111,7 @@ class KindDetails(Details):
 
 
 def _ask_kind(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose the correct answer first, then configurations of that kind; the kind is computed."""
+    """Choose the kind first, then sample configurations of this kind."""
     for kind in rng.permutation(tuple(KIND_OPTIONS)):
         configurations = _sample_configurations_of_kind(chain, kind, rng)
         if configurations is not None:
@@ -139,7 +140,10 @@ def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> Conf
 
 
 def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOfOneKind:
-    """Return a random regular configuration; if possible, one that seems singular after an error of sign or angle."""
+    """Return a random regular configuration.
+
+    If possible, it seems singular after an error of a sign or of 90 degrees.
+    """
     roots = [
         (q, values)
         for component in find_singular_set(chain) or ()
@@ -157,7 +161,7 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOf
 
 
 def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
-    """Return whether det J may be zero there for some lengths, because a factor has terms of both signs."""
+    """Return whether det J may be zero at joint values for some lengths, because a factor has terms of both signs."""
     if not chain.has_square_jacobian or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):
@@ -171,7 +175,7 @@ def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
 def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool:
     """Return whether sigma_min/sigma_max of J is large enough for four random sets of lengths.
 
-    The limit is lower than for questions that ask for numbers, because the ratio must exceed it for all four sets.
+    The limit is lower than in questions that ask for numbers, because all four ratios must exceed it.
     """
     min_ratio = 0.8 * inversion.find_min_conditioning(chain)
     all_lengths = (inversion.sample_lengths(chain, rng) for _ in range(4))
@@ -179,9 +183,11 @@ def _is_well_conditioned(chain: Chain, joints: JointValues, rng: Stream) -> bool
 
 
 _TEST_LENGTHS = (sp.Rational(1, 20), sp.Rational(3, 10), sp.Rational(7, 10), sp.S(2), sp.S(6))
-"""Values of symbolic lengths (m) for which the kind of a configuration is found; the kind must be the same for all."""
+"""Values of symbolic lengths (m) for which the kind of a configuration is computed. It must be the same for all
+values."""
 _RANDOM_SET_COUNT = 20
-"""Number of sets of random lengths for which the kind is found as well; twice as many for two or more lengths."""
+"""Number of sets of random lengths for which the kind is also computed; twice as many if there are two or more
+lengths."""
 
 
 def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
@@ -195,11 +201,10 @@ def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:
-    """Return the kinds that a configuration has for different symbolic lengths; None if it doesn't exist for all of
-    them.
+    """Return the kinds that a configuration has for different lengths; {None} if it doesn't exist for some of them.
 
-    If joint 1 moves the arm as a whole, the value of joint 1 does not matter and is set to zero. The arm is normalized,
-    so that arms that differ only in their base or joint offsets share the cached result.
+    If joint 1 moves the whole arm, its value does not matter and is set to zero. The arm is normalized, because arms
+    that differ only in their base or joint offsets can then share a cached result.
     """
     values = normalize_joint_values(chain, joints)
     if first_joint_moves_all(chain):

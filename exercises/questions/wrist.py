@@ -32,7 +32,7 @@ def _derive_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on axis 4 (3 x 3)."""
     axes = [compute_frame_after(symbolic_chain.joints[3:i]).rotation * Z for i in (3, 4, 5)]
     frame = convention_of(symbolic_chain).frame_on_axis(4)
-    for joint in symbolic_chain.joints[3:frame]:  # joint 4 if the frame on its axis rotates with it, else none
+    for joint in symbolic_chain.joints[3:frame]:  # joint 4 if the frame on its axis rotates with it, else no joint
         axes = [rot_z(-joint.theta) * axis for axis in axes]
     return to_textbook_matrix(sp.Matrix.hstack(*axes))
 
@@ -79,7 +79,7 @@ def derive_block_determinants(chain: Chain) -> sp.Matrix:
 
 @dataclass(frozen=True, kw_only=True)
 class BlockDetails(Details):
-    """Details of a question about the determinants of the blocks: the steps to the determinants, and their zeros.
+    """Details of a question about the determinants of the blocks: the steps of their derivation, and their zeros.
 
     - `arm_block_in_frame_1` is R_1^T J11.
     - `expanded_wrist_determinant` is det J22, expanded along the first column of J22 and not simplified.
@@ -100,9 +100,9 @@ class BlockDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class WristAxisDetails(Details):
-    """Details about J22: the rotations between the frames on the wrist's axes, and axes 5 and 6 in two frames.
+    """Details about J22: the rotations between the frames on the wrist's axes, and the directions of axes 5 and 6.
 
-    `z_4` and `z_5` are axes 5 and 6 in the frame on axis 4, named as in a standard table.
+    `z_4` and `z_5` are axes 5 and 6 in the frame on axis 4, with their names in a standard table.
     """
 
     rotations: tuple[sp.Matrix, ...]
@@ -145,7 +145,7 @@ def _make_wrist_details(chain: Chain, rng: Stream) -> WristAxisDetails:
 
 @lru_cache(maxsize=1024)
 def _is_at_wrist_centre(symbolic_chain: Chain, centre: int) -> bool:
-    """Return whether P is the point where the last three axes meet: O_4, or O_5 or O_6 if that is the same point."""
+    """Return whether P is the point in which the last three axes meet, the origin of frame `centre`."""
     if symbolic_chain.point.frame < centre:
         return False
     frames, point = compute_frames_and_point(symbolic_chain)
@@ -153,7 +153,7 @@ def _is_at_wrist_centre(symbolic_chain: Chain, centre: int) -> bool:
 
 
 def find_block_objection(chain: Chain) -> str | None:
-    """Return why the Jacobian of an arm is not block triangular, or why its determinant is zero; None if neither."""
+    """Return why the Jacobian of an arm is not block triangular, or why its determinant is zero, or None."""
     if chain.n != 6 or chain.task != VELOCITY_NAMES:
         return "it does not have six joints and a task of six rows"
     centre = find_wrist_centre(chain)

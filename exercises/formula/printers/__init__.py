@@ -6,7 +6,7 @@ These print layouts (`qdot.exercises.formula.layout`):
     unicode, typst          for terminals; for PDF
     speech                  in words, for screen readers
 
-These print SymPy expressions, because the meaning must be preserved:
+These print SymPy expressions, so that the text has the same meaning:
 
     maxima, python          for STACK; for notebooks
 """

@@ -25,7 +25,7 @@ _COMMANDS |= {"−": "-"}
 _COMMANDS |= {
     char: f"\\{command}{{{_COMMANDS.get(letter, letter)}}}" for char, (command, letter) in STYLED_LETTERS.items()
 }
-"""The LaTeX of each character that is not printed as it is."""
+"""Maps each character that LaTeX writes with a command to its LaTeX."""
 _TABLES = {brackets: name for name, brackets in SYMBOLS["tables"].items()}
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
 """Signs with a space on both sides, signs without a space after them, and signs without a space before them."""
@@ -99,7 +99,7 @@ def _print_piece(piece: Layout) -> str:
         return f"\\{text}"
     if kind == "text":
         return rf"\text{{{text}}}"
-    if kind in ("fraction", "root", "accent"):  # their text is their command
+    if kind in ("fraction", "root", "accent"):  # the text is the command
         return f"\\{text}{''.join(f'{{{print_latex(part)}}}' for part in inner)}"
     if kind == "fenced":
         left_bracket, right_bracket = (_COMMANDS.get(bracket, bracket) for bracket in text)

@@ -1,7 +1,7 @@
-"""Print formulas as MathML, which browsers show without a script, and which other programs can read.
+"""Print formulas as MathML, for browsers and other programs.
 
-Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers, the
-brackets of a matrix are therefore drawn as the border of a table, and columns are aligned by a style.
+Chromium stretches brackets only if a mathematical font is installed, and doesn't align columns. For browsers,
+therefore, the border of a table shows the brackets of a matrix, and a style aligns columns.
 """
 
 from collections.abc import Callable, Sequence
@@ -30,17 +30,16 @@ _TEXT_SPACE = f"<mtext>{_NO_BREAK_SPACE}</mtext>"
 _FIXED_SIZE_BRACKETS = frozenset("(){}[]|‖⟨⟩⌊⌋⌈⌉")
 """Brackets whose size doesn't depend on what they enclose."""
 _REPLACEMENTS = {"⋅": "·", "□": "◻"}
-"""Characters of a layout that are other characters in MathML."""
+"""Characters of a layout that MathML replaces by other characters."""
 _FUNCTIONS_WITH_BARE_ARGUMENT = tuple(Layout("function", name) for name in ("sin", "cos", "tan"))
 _INVERSE_FUNCTIONS = tuple(Layout("function", name) for name in ("arcsin", "arccos", "arctan"))
 _SPACED_FUNCTIONS = _FUNCTIONS_WITH_BARE_ARGUMENT + _INVERSE_FUNCTIONS
 _FACTOR_ENDS, _BARE_ARGUMENT_STARTS = ("</mn>", "</mi>", "</msub>", "&#x00029;</mo>"), ("<mi>", "<msub>")
-"""The MathML with which a factor ends, and with which an argument without brackets begins.
-
-A space separates them from the name of a function.
+"""The last MathML of a factor before a function, and the first MathML of an argument without brackets after a function.
+A space separates them from the name of the function.
 """
 _PIECES_BEFORE_TERM = frozenset((Layout("sign", "("), COMMA, EQUALS, Layout("sign", ";")))
-"""Pieces after which a plus or minus is the sign of the next number, because a term begins there."""
+"""Pieces before a term; a plus or minus after one of them is the sign of a number."""
 
 
 def print_mathml(formula: Layout, is_displayed: bool = False, percent: int = 100) -> str:
@@ -89,7 +88,7 @@ class _Printer:
         return "".join(printed_pieces)
 
     def print_group(self, piece: Layout) -> str:
-        """Return a row or matrix as a single element, any other piece unchanged."""
+        """Return a piece as a single element; only rows and matrices need an element around them."""
         if piece.kind not in ("row", "matrix"):
             return self.print_piece(piece)
         content = self.print_row(piece.inner) if piece.kind == "row" else self.print_matrix(piece)
@@ -174,13 +173,13 @@ _BROWSER_TEMPLATES = {
         for name, side in (("overline", "top"), ("underline", "bottom"))
     },
 }
-"""For browsers: accents close to their letters, and lines above and below letters, which would not stretch there."""
+"""For browsers: accents close to their letters, and borders instead of lines above and below letters."""
 _SIGNS_WITH_LIMITS = frozenset(("∑", "∏", *SYMBOLS["functions_with_limits"]))
 """Signs and functions whose scripts stand below and above them in a displayed formula."""
 
 
 def _add_spaces_and_signs(pieces: Pieces, printed_pieces: Sequence[str]) -> list[str]:
-    """Return the printed pieces with space around functions, and with the sign of a number attached to the number."""
+    """Return the printed pieces with spaces around functions, and without a space after the sign of a number."""
     texts = list(printed_pieces)
     for k, piece in enumerate(pieces):
         if piece in (PLUS, MINUS) and pieces[k - 1] in _PIECES_BEFORE_TERM:

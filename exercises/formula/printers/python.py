@@ -13,7 +13,7 @@ from qdot.exercises.formula.order import write_decimal
 MAX_CODE_WIDTH = 88
 """Maximum length of a line of code in a notebook, if it can be broken."""
 _MAX_SHORT_BRACKET = 24
-"""Maximum number of characters inside brackets in which no line is broken."""
+"""Maximum number of characters inside brackets that stay on one line."""
 _INDENT = "    "
 
 FormulaToCode = Callable[[sp.Expr], str]
@@ -21,9 +21,9 @@ FormulaToCode = Callable[[sp.Expr], str]
 
 
 class _CodePrinter(StrPrinter):
-    """Prints terms and factors in the order that a person would use, with decimals, and fractions as Rational.
+    """Prints terms and factors in the order in which a person writes them, and fractions as decimals or Rational.
 
-    A symbol may stand for a sum; `sum_texts` has the text of the sum for such symbols.
+    `sum_texts` maps each symbol that stands for a sum to the text of the sum.
     """
 
     def __init__(self, sum_texts: Mapping[sp.Symbol, str]) -> None:
@@ -80,7 +80,9 @@ class _CodePrinter(StrPrinter):
 
 
 def print_python(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None = None) -> str:
-    """Return an expression as Python text with exactly the same value; `sum_texts` replace symbols that mean sums.
+    """Return an expression as Python code with exactly the same value.
+
+    `sum_texts` maps symbols to the texts of sums that replace them.
 
     >>> t1, t2, a1 = sp.symbols("theta1 theta2 a1")
     >>> print_python(sp.Rational(2, 5) * sp.sin(t1) - a1 * sp.cos(t1 + t2 + 5 * sp.pi / 12) / 3)
@@ -90,7 +92,7 @@ def print_python(expression: sp.Expr, sum_texts: Mapping[sp.Symbol, str] | None 
 
 
 def write_matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
-    """Return the code of a matrix, given the code of its entries; its first line has `prefix_width` columns already."""
+    """Return the code of a matrix, given the code of its entries; it begins after `prefix_width` columns of a line."""
     inner_width = prefix_width + len("Matrix()")
     if all(len(row) == 1 for row in rows):
         return f"Matrix({write_list_code([row[0] for row in rows], inner_width)})"
@@ -108,7 +110,7 @@ def write_list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> 
 
 
 def bracket_long_text(text: str, prefix_width: int) -> str:
-    """Return code, in brackets on separate lines if it doesn't fit after `prefix_width` columns."""
+    """Return code; if it doesn't fit after `prefix_width` columns, put it in brackets, on separate lines."""
     return text if prefix_width + len(text) <= MAX_CODE_WIDTH else f"(\n{_wrap(text, 1)}\n)"
 
 

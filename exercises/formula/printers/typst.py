@@ -6,7 +6,7 @@ from qdot.exercises.formula.layout import ACCENTS, DEGREE, SPACES, SYMBOLS, Layo
 
 _MATRIX_DELIMITERS = {"[]": '"["', "()": '"("', "||": '"|"', "‖‖": '"||"', "{}": '"{"', "..": "#none"}
 _CLASSES = {"|": "normal", "‖": "normal", "⊥": "relation"}
-"""The classes of signs around which Typst's spacing would differ from LaTeX's."""
+"""Signs whose spacing in Typst differs from LaTeX, and the class that gives them the spacing of LaTeX."""
 _LIMITS_OPTION = ", limits: #true"
 _FRACTION_TEMPLATES = {"frac": "frac({}, {})", "tfrac": "inline(frac({}, {}))", "dfrac": "display(frac({}, {}))"}
 

@@ -1,7 +1,7 @@
 """Print formulas as text for a terminal: Greek letters, subscripts, matrices over several lines.
 
-A printed piece is a box of characters (SymPy's `stringPict`): its lines, which have equal widths, and its baseline, the
-index of the line that is aligned with neighbouring boxes. A fraction stays on one line, as (a + b)/c.
+A printed piece is a box of characters (SymPy's `stringPict`). All lines of a box have the same width. The baseline is
+the index of the line that is aligned with neighbouring boxes. A fraction is printed on one line, as (a + b)/c.
 """
 
 import re
@@ -29,7 +29,7 @@ _LINES = ("overline", "underline")
 
 
 def _join(*boxes: stringPict | str) -> stringPict:
-    """Return boxes or texts side by side, with their baselines in one line."""
+    """Return boxes or texts side by side, with aligned baselines."""
     return stringPict(*stringPict.next("", *boxes))
 
 
@@ -59,7 +59,7 @@ def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> string
 
 
 def _make_bracket(bracket: str, height: int) -> stringPict:
-    """Return the box of a bracket that is as high as what it encloses."""
+    """Return the box of a bracket of a certain height."""
     if height == 1 or bracket not in _TALL_BRACKETS:
         return stringPict(bracket)
     top, side, bottom, middle = tuple(_TALL_BRACKETS[bracket])
@@ -70,7 +70,7 @@ def _make_bracket(bracket: str, height: int) -> stringPict:
 
 
 def _print_script(piece: Layout, base: stringPict, subscript: stringPict, superscript: stringPict) -> stringPict:
-    """Return a base with its scripts in small characters, or after _ and ^ if a character has no small form."""
+    """Return a base with scripts in small characters; a script without small characters comes after _ or ^."""
     texts = []
     for box, table, mark in (subscript, _SUBSCRIPT_TABLE, "_"), (superscript, _SUPERSCRIPT_TABLE, "^"):
         text = box.picture[0].replace(" ", "")
@@ -147,9 +147,9 @@ def _print_row(row: Layout, *parts: stringPict) -> stringPict:
 
 
 def _print_sign(parts: Sequence[stringPict], index: int, char_before: str) -> stringPict | str:
-    """Return a sign with the spaces around it, or a bracket with the height of what it encloses.
+    """Return a sign with the spaces around it, or a bracket as high as its content.
 
-    The sign has the index `index` among the parts of a row, and `char_before` is the last character before it.
+    `index` is the index of the sign among the parts of a row, and `char_before` is the last character before the sign.
     """
     text = parts[index].picture[0]
     if text in "()[]":

@@ -1,6 +1,6 @@
 """Questions that instructors define in TOML.
 
-The modules, in the order in which a question is made from a definition (`questions.language` handles the formulas):
+These modules make a question from a definition, in this order (`questions.language` handles the formulas):
 
     definition      what an instructor writes
     texts           splits texts at their placeholders, and checks their LaTeX

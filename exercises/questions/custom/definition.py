@@ -1,4 +1,5 @@
-"""What an instructor writes to define a question: its texts, and the formula or the options of its answer."""
+"""Define the data by which an instructor defines a question: its texts, and the formula or the options of its answer.
+"""
 
 import hashlib
 from collections.abc import Callable, Mapping
@@ -7,7 +8,7 @@ from dataclasses import dataclass, field, fields
 from qdot.exercises.formula.equality import Rounding
 
 TEXT_ANSWER = "text"
-"""The answer of a question that a person marks."""
+"""The `answer` of a question that a person marks."""
 
 SAMPLED_KINDS = {"angle": "rad", "length": "m", "rate": "rad/s", "velocity": "m/s", "force": "N"}
 """The kinds of random values of a symbol, and the unit of each."""
@@ -37,10 +38,10 @@ class Option:
 
 @dataclass(frozen=True)
 class GivenValue:
-    """A value that the question states: the symbol or group, and how the value is sampled.
+    """A value that the question states: the name of the symbol or group, and how the value is sampled.
 
-    `kind` is one of SAMPLED_KINDS, or "" for a random number from `low` to `high`. If these are equal, the value is the
-    same for all students.
+    `kind` is one of SAMPLED_KINDS, or "" for a random number from `low` to `high`. If `low` and `high` are equal, the
+    value is the same for all students.
     """
 
     name: str
@@ -73,12 +74,13 @@ class Texts:
 class Definition:
     """A custom question. `answer` is a formula, TEXT_ANSWER, or "" if the question has options.
 
-    `rows` are the LaTeX names of the entries of a vector; a vector of three may have the names of only the components
-    that are asked for, such as v_x and v_y. `units` maps further symbols of the answer, such as the mass of a load, to
-    their units. `unit` and `rounding` belong to numbers, which need three significant digits by default; `unit` is one
-    for all entries or one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is
-    correct, too. `texts` has the texts in each language; languages other than the first may lack some.
-    `locations` maps each key to its file, line and key, for messages; a key in a table has dots, as in given.m.
+    `rows` are the LaTeX names of the entries of a vector. For a vector of three, they may be the names of only those
+    components that are asked for, such as v_x and v_y. `units` has symbols that the arm does not have, such as the mass
+    of a load, with their units. `unit` and `rounding` belong to numbers, which need three significant digits by
+    default. `unit` is one unit for all entries, or one for each, separated by commas. If `is_up_to_factor`, every
+    nonzero multiple of a vector is correct, too. `texts` has the texts in each language; languages other than the first
+    may lack some. `locations` maps each key to a text with its file, line and key, for messages. A key in a table has a
+    dot, as in given.m.
     """
 
     name: str
@@ -110,12 +112,12 @@ class Definition:
 
     @property
     def digest(self) -> str:
-        """A short text that changes whenever the question changes in anything but its texts and points."""
+        """A hash of the question, without its texts and points."""
         ignored_names = ("texts", "points", "locations")
         content = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in ignored_names}
         return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
     def find_texts(self, language: str, has_text: Callable[[Texts], object]) -> Texts:
-        """Return the texts in a language if they include a certain text; else those in the first language."""
+        """Return the texts in a language if `has_text` is true of them, else those in the first language."""
         matching_texts = (texts for texts in self.texts if texts.language == language and has_text(texts))
         return next(matching_texts, self.texts[0])

@@ -1,7 +1,7 @@
-"""Make a question from an instructor's definition: how its answer is computed or sampled, and to which arms it applies.
+"""Make a question from an instructor's definition: compute its answer, and decide to which arms it applies.
 
-A formula is derived by the stages of `derivation.graph`, so mistakes in a stage lead to the wrong answers that students
-give.
+Formulas are derived by the stages of `derivation.graph`, so a mistake in a stage leads to the wrong answer that a
+student gives.
 """
 
 import ast
@@ -69,21 +69,22 @@ from qdot.exercises.singularities.classification import sample_condition
 from qdot.exercises.singularities.singular_set import Component, find_zero_set
 
 MAX_TRIES = 20
-"""Maximum number of sets of random values that are tried until the answer is finite and nothing is 0 by chance."""
+"""Maximum number of sets of random values that are sampled to find a finite answer in which nothing is 0 by chance."""
 MAX_OPERATIONS = 20_000
-"""Maximum number of operations of a formula before it is simplified; those that people can read have hundreds."""
+"""Maximum number of operations of a formula that is simplified. Readable formulas have a few hundred before that."""
 MAX_EDITED_OPERATIONS = 400
-"""Maximum number of operations of a number's formula, before it is simplified, in which mistakes are looked for."""
+"""Maximum number of operations of the formula behind a number, before it is simplified, if mistakes are looked for in
+it."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
     "inv(J)": ("inverse-jacobian", "jacobian"),
 }  # fmt: skip
-"""Maps names and calls in a formula to built-in questions; the answer to any one of these gives the result."""
+"""Maps names and calls in a formula to built-in questions. The answer to any of these questions gives the value."""
 
 
 def _find_sources(formula: ast.expr) -> Iterator[str]:
-    """Yield the names and calls of a formula that are in SOURCES; det(J) doesn't yield its J, too."""
+    """Yield the names and calls of a formula that are in SOURCES, but not the J in det(J)."""
     stack: list[ast.AST] = [formula]
     while stack:
         node = stack.pop()
@@ -94,10 +95,10 @@ def _find_sources(formula: ast.expr) -> Iterator[str]:
 
 
 _ABOUT_OTHER_OPTIONS = re.compile(r"\s*(none|all|any) of (these|them|the (others|above))", re.IGNORECASE)
-"""Matches an option that is about the others, such as "none of these"; such an option stays last."""
+"""Matches an option about the other options, such as "none of these". Such an option stays last."""
 
 ZEROS = "zeros"
-"""The function whose result is a set of configurations; it must be the whole answer."""
+"""The function whose result is a set of configurations. An answer can't contain it as a part of a formula."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -184,14 +185,15 @@ def check_question_names(definition: Definition, question_names: Collection[str]
 class QuestionMaker:
     """Computes, samples and checks the answer of a definition.
 
-    Every answer is the value of its formulas in the stages of a derivation (`_compute`), in one of four forms:
+    Every answer is the value of its formulas in the stages of a derivation (`_compute`). The methods return it in four
+    forms:
 
-    - `compute_answer`: as computed by the stages, for mistakes and for a student's earlier answers
-    - `derive`: in textbook form, for formulas that people read
-    - `compute_symbolic_answer`: not simplified, which is faster, for numbers at given values
-    - `derive_zeros`: as numerators, for the set in which they are zero
+    - `compute_answer`: in the arithmetic of the stages, to apply mistakes or a student's earlier answers
+    - `derive`: as formulas in textbook form, for people to read
+    - `compute_symbolic_answer`: as formulas that are not simplified, to compute numbers fast
+    - `derive_zeros`: as the set of configurations at which the formulas are zero
 
-    The last three use the symbolic arm if possible, so that one derivation serves all arms of a class.
+    The last three use the symbolic arm if possible, so that one derivation is enough for all arms of a class.
     """
 
     def __init__(self, definition: Definition) -> None:
@@ -208,14 +210,14 @@ class QuestionMaker:
 
     @property
     def prerequisite_sets(self) -> tuple[tuple[str, ...], ...]:
-        """The sets of built-in questions from whose answers a student can derive this one."""
+        """The sets of built-in questions from whose answers a student can derive this answer."""
         sources = [SOURCES[name] for formula in self.formulas for name in _find_sources(formula)]
         sets = (tuple(dict.fromkeys(names)) for names in product(*sources))
         return () if self.has_numeric_derivative or not sources else tuple(dict.fromkeys(sets))
 
     @property
     def has_numeric_derivative(self) -> bool:
-        """Whether a number comes from a derivative, in which a student's earlier answer can't replace a result."""
+        """Whether the answer is a number with a derivative, which can't be computed from a student's earlier answer."""
         return bool(self.definition.given) and any(
             find_calls(formula) & {"ddt", "diff", "at"} for formula in self.formulas
         )
@@ -231,7 +233,8 @@ class QuestionMaker:
         return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self.all_formulas)
 
     def list_new_symbols(self, chain: Chain) -> dict[str, SymbolInfo] | None:
-        """Return the symbols of the answer that the arm does not have: accelerations, and those with a unit."""
+        """Return the symbols of the answer that the arm does not have: accelerations, loads, and symbols with a unit.
+        """
         symbols = {name: SymbolInfo("force", unit) for name, unit in self.definition.units}
         if self._uses_accelerations():
             kinds = zip(name_accelerations(chain), chain.joints, strict=True)
@@ -251,7 +254,7 @@ class QuestionMaker:
         return self.compute_formula(self.formulas[0], stages)
 
     def compute_formula(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
-        """Return the rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
+        """Return those rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
         value = self._compute(formula, stages)
         if self.definition.rows and count_axes(value) != 1:
             shape = describe_shape(value)
@@ -274,8 +277,9 @@ class QuestionMaker:
     def derive(self, chain: Chain, formula: ast.expr, names_symbols: bool) -> sp.Matrix:
         """Return the value of a formula in textbook form.
 
-        If possible, it is derived for the symbolic arm, and the arm's numbers are substituted at the end. A formula
-        that names joint variables or lengths is derived for the arm itself, because the symbolic arm has other ones.
+        If possible, the formula is derived for the symbolic arm, and the arm's numbers are substituted at the end. A
+        formula that names joint variables or lengths is derived for the arm itself, because those of the symbolic arm
+        differ.
         """
         derived_chain = chain if names_symbols else make_symbolic_arm(chain).chain
         value = self._compute(formula, derive_reference(derived_chain, {}))
@@ -289,7 +293,8 @@ class QuestionMaker:
         return matrix[0] if matrix.shape == (1, 1) else matrix
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
-        """Return whether formulas, by default those of the answer, name joint variables or lengths of the arm."""
+        """Return whether formulas (by default those of answer and options) name joint variables or lengths of the arm.
+        """
         searched_formulas = formulas or self.all_formulas
         arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         nodes = (node for formula in searched_formulas for node in ast.walk(formula))
@@ -299,10 +304,10 @@ class QuestionMaker:
     # --- numbers ---
 
     def sample_number(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the numeric answer at random given values; None if it is not a finite number for any sample.
+        """Return the numeric answer at random given values; None if no sample gives a finite number.
 
-        If possible, no entry is 0 by chance, and no angle and no sum of rates of consecutive joints is 0, because wrong
-        answers would be right there.
+        If possible, no entry is 0 by chance, and neither an angle nor a sum of rates of consecutive joints is 0.
+        Otherwise some mistakes would not change the answer.
         """
         matrix, first_sample = self.compute_symbolic_answer(chain), None
         fixed_names = {value.name for value in self.definition.given if not value.is_random}
@@ -374,7 +379,7 @@ class QuestionMaker:
     # --- sets and options ---
 
     def find_zeros(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the configurations at which the formulas are all zero; None if there are none, or all of them."""
+        """Return the configurations at which all formulas are zero; None if there are none or if these are all."""
         components = _find_zeros(self.definition, chain)
         if not components:
             return None
@@ -382,7 +387,7 @@ class QuestionMaker:
         return ConditionSet(components, is_singular_set), CustomDetails(definition=self.definition)
 
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
-        """Return the components of the set; None if the formulas are zero everywhere."""
+        """Return the components of the set of zeros; None if the formulas are zero everywhere."""
         names_symbols = self.names_arm_symbols(chain)
         stages = derive_reference(chain if names_symbols else make_symbolic_arm(chain).chain, {})
         values = [self._compute(formula, stages) for formula in self.formulas]
@@ -461,7 +466,7 @@ class QuestionMaker:
         return None
 
     def _find_objection_to_symbols(self, chain: Chain) -> str | None:
-        """Return why a symbol can't have its name, or None; the arm may use the name already."""
+        """Return why a symbol can't have its name, or None. The name may already belong to the arm."""
         symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task, *name_accelerations(chain))
         arm_names = {*map(str, symbols), *list_table_numbers(chain), *list_result_names(chain)}
         arm_names |= {f"{letters}{row}" for letters in ("a", "d", "theta", "alpha") for row in range(1, chain.n + 1)}
@@ -471,7 +476,7 @@ class QuestionMaker:
         return KeyReason(f"units.{name}", f"{name} is a name of the arm, so its unit is known; leave it out here")
 
     def list_units_of_symbols(self, chain: Chain) -> dict[str, str]:
-        """Return the unit of each symbol that an answer may contain, and of each length in the arm's table."""
+        """Return the unit of each symbol that an answer may contain, and of each number in the arm's table."""
         units = dict.fromkeys([*map(str, chain.parameters), *list_table_numbers(chain)], "m")
         for q, rate, joint in zip(chain.q, chain.rates, chain.joints, strict=True):
             units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
@@ -526,7 +531,7 @@ class QuestionMaker:
         return None
 
     def list_needed_values(self, chain: Chain, details: CustomDetails, symbols: Sequence[sp.Symbol]) -> list[str]:
-        """Return the names of those symbols on whose random values a numeric answer depends."""
+        """Return the names of the given `symbols` on whose random values a numeric answer depends."""
         fixed_names = {value.name for value in self.definition.given if not value.is_random}
         random_symbols = [symbol for symbol in symbols if symbol.name not in fixed_names]
         if not random_symbols:
@@ -542,9 +547,9 @@ class QuestionMaker:
         return [symbol.name for symbol in random_symbols if changes_answer(symbol)]
 
     def find_objection_to_numbers(self, chain: Chain) -> str | None:
-        """Return why a numeric answer can't be asked for, judging by three samples, or None.
+        """Return why a numeric answer is unsuitable according to three samples, or None.
 
-        The samples may be equal although the values are random, or differ from 0 by less than the tolerance.
+        It is unsuitable if random values don't change it, or if it differs from 0 by less than the tolerance.
         """
         if not self.formulas or self.is_set or not self.definition.given:
             return None
@@ -565,7 +570,7 @@ class QuestionMaker:
         return None
 
     def list_warnings(self, chain: Chain) -> list[str]:
-        """Return clauses about what the instructor probably did not intend in the answer or the options."""
+        """Return warnings about what is probably an error in the answer or the options, as clauses."""
         functions = (
             self._find_unit_warning, self._find_zero_component, self._find_zero_numbers,
             self._find_formula_shown_as_text, self._find_unused_symbol, self._find_angle_in_degrees,
@@ -612,7 +617,7 @@ class QuestionMaker:
         )
 
     def _find_zero_numbers(self, chain: Chain) -> str | None:
-        """Return a warning if some numbers of the answer are 0 for all students; else None."""
+        """Return a warning if some numbers in the answer are 0 for all students; else None."""
         if not self.formulas or self.is_set or not self.definition.given or self._find_zero_component(chain):
             return None
         samples = (self.sample_number(chain, Stream(f"check {k}")) for k in range(3))
@@ -624,7 +629,7 @@ class QuestionMaker:
         return f"its {entries} 0 for all given values"
 
     def _find_formula_shown_as_text(self, chain: Chain) -> str | None:
-        """Return a warning if an option is shown as a text although it is a formula on the arm; else None."""
+        """Return a warning if an option that is shown as a text is a formula in the arm's quantities; else None."""
         stages = compute_symbolic_stages(chain)
         known_names = {*make_quantities(stages, frozenset(), {}).names, *map(str, (*chain.q, *chain.parameters))}
         for option in self.definition.options:
@@ -637,16 +642,16 @@ class QuestionMaker:
         return None
 
     def find_wrong_unit(self, chain: Chain) -> str | None:
-        """Return why the numeric answer can't have the unit of the definition, or None.
+        """Return why the numeric answer can't have the unit in the definition, or None.
 
-        If a formula contains a number, the number may have a unit, so qdot can't be certain.
+        A number in a formula may have a unit. If there is such a number, the unit of the answer is not certain.
         """
         objection = self._find_unit_objection(chain)
         is_certain = self.definition.unit and objection != MIXED_UNITS and not self._contains_number
         return objection if is_certain else None
 
     def _find_unit_warning(self, chain: Chain) -> str | None:
-        """Return why the answer probably has another unit or no unit; None if there is no reason."""
+        """Return why the answer probably has another unit or no unit, or None."""
         objection = self._find_unit_objection(chain)
         if objection is None:
             return None
@@ -671,7 +676,10 @@ class QuestionMaker:
 
     @property
     def _contains_number(self) -> bool:
-        """Whether a formula contains a number that may have a unit: not 0, a divisor, an exponent or an index."""
+        """Whether a formula contains a number that may have a unit.
+
+        Zeros, divisors, exponents and indices have none.
+        """
         nodes = [node for formula in self.formulas for node in ast.walk(formula)]
         operations = (node for node in nodes if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Div, ast.Pow)))
         plain_parts: list[ast.AST] = [operation.right for operation in operations]
@@ -681,7 +689,7 @@ class QuestionMaker:
 
 @lru_cache(maxsize=1024)
 def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer as formulas in textbook form; cached, because the check of a question needs it, too."""
+    """Return the answer as formulas in textbook form. It is cached, because the question is checked with it first."""
     maker = QuestionMaker(definition)
     if maker.names_arm_symbols(chain):
         return _derive_for_symbolic_arm(definition, chain)
@@ -692,7 +700,7 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
 
 @lru_cache(maxsize=1024)
 def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer for a symbolic arm, or for an arm whose symbols the formula names; cached for a whole class."""
+    """Return the answer for a symbolic arm, or for an arm with symbols that the formula names; cached for a class."""
     details = CustomDetails(definition=definition)
     value = QuestionMaker(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
@@ -709,7 +717,7 @@ def _compute_formulas(definition: Definition, chain: Chain) -> sp.ImmutableMatri
 
 @lru_cache(maxsize=1024)
 def derive_formulas_of_numbers(definition: Definition, chain: Chain) -> list[list[Node]] | None:
-    """Return the formulas in textbook form from which a numeric answer follows; None if one of them is long."""
+    """Return the formulas behind a numeric answer, in textbook form; None if one of them is long."""
     matrix = QuestionMaker(definition).compute_symbolic_answer(chain)
     if any(sp.count_ops(entry) > MAX_EDITED_OPERATIONS for entry in matrix):
         return None
@@ -730,7 +738,7 @@ def _find_objection(definition: Definition, chain: Chain) -> str | None:
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
-    """Return an entry in textbook form, or unchanged if numbers don't confirm that form."""
+    """Return an entry in textbook form, or unchanged if the two forms have different values at test points."""
     if entry.has(sp.zoo, sp.nan, sp.oo):
         raise FormulaError("its answer has a denominator that is always zero")
     if sp.count_ops(entry) > MAX_OPERATIONS:
@@ -744,7 +752,7 @@ def _simplify(entry: sp.Expr) -> sp.Expr:
 
 
 def _find_numerator(formula: sp.Expr) -> sp.Expr:
-    """Return a formula with the same zeros, in which no denominator, root or exponential function is a factor."""
+    """Return a formula with the same zeros that has no denominator, and no root or exponential function as a factor."""
     if all(power.exp.is_Integer and power.exp > 0 for power in formula.atoms(sp.Pow)) and not formula.has(sp.exp):
         return formula
     numerator, _ = sp.fraction(sp.together(write_in_textbook_form(formula)))
@@ -753,9 +761,9 @@ def _find_numerator(formula: sp.Expr) -> sp.Expr:
 
 @lru_cache(maxsize=1024)
 def _is_constant(definition: Definition, chain: Chain, fixed_names: frozenset[str]) -> bool:
-    """Return whether the answer has the same value at three arbitrary values of its symbols; cached for a class.
+    """Return whether the answer has the same value at three arbitrary points; cached for a class.
 
-    The symbols named in `fixed_names`, which are numbers in a student's arm, have the same value three times.
+    The symbols in `fixed_names` have the same value at all points, because they are numbers in a student's arm.
     """
     values = _evaluate_at_points(list(_derive_for_symbolic_arm(definition, chain)), fixed_names).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
@@ -767,7 +775,7 @@ def _name_lengths(chain: Chain) -> frozenset[str]:
 
 
 def _evaluate_at_points(entries: Sequence[sp.Expr], fixed_names: AbstractSet[str] = frozenset()) -> Evaluation:
-    """Return the values and magnitudes of entries at three arbitrary values of those symbols that are not fixed."""
+    """Return the values and magnitudes of entries at three arbitrary points, at which the fixed symbols are equal."""
     names = sorted(str(symbol) for symbol in set().union(*(entry.free_symbols for entry in entries)))
     steps = {name: 0 if name in fixed_names else 7 for name in names}
     points = {name: (step * np.arange(3) + 3 * i + 4) / (11 + i) for i, (name, step) in enumerate(steps.items())}
@@ -791,14 +799,14 @@ def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | 
 
 
 def _has_only_true_zeros(matrix: sp.Matrix, numbers: Sequence[sp.Expr | None]) -> bool:
-    """Return whether the only entries that are 0 at the given values are those that are always 0."""
+    """Return whether every entry that is 0 at the given values is always 0."""
     return all(number or entry == 0 for entry, number in zip(matrix, numbers, strict=True))
 
 
 def _vanishes_by_chance(chain: Chain, values: Mapping[sp.Symbol, sp.Expr], fixed_names: AbstractSet[str]) -> bool:
-    """Return whether the value of a revolute joint is 0, or a sum of rates of consecutive revolute joints.
+    """Return whether a random angle of a revolute joint, or a sum of rates of consecutive revolute joints, is 0.
 
-    The values with `fixed_names` are the same for all students.
+    The symbols in `fixed_names` are not random.
     """
     angles = [chain.q[i] for i in chain.revolute_joints]
     if any(values.get(angle) == 0 for angle in angles if angle.name not in fixed_names):
@@ -813,7 +821,8 @@ def _vanishes_by_chance(chain: Chain, values: Mapping[sp.Symbol, sp.Expr], fixed
 
 
 def _sample_value(given_value: GivenValue, rng: Stream) -> sp.Expr:
-    """Return a random value: an angle in steps of 5 degrees, any other value with two significant digits."""
+    """Return a random value of a kind: angles in steps of 5 degrees, other values with at most two significant digits.
+    """
     if given_value.kind == "angle":
         return sp.pi * sp.Rational(rng.integer(-35, 35), 36)
     if given_value.kind == "length":

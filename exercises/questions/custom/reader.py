@@ -32,7 +32,7 @@ from qdot.exercises.reference_answers import LETTERS
 
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
 RESERVED_NAMES = {*FUNCTIONS, "pi"}
-"""Names that can't be those of symbols, because students' answers contain them with another meaning."""
+"""Names that have another meaning in students' answers, so symbols can't have them."""
 MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
 
 
@@ -172,7 +172,7 @@ class QuestionFile(NamedTuple):
 
 
 def read_question_file(path: Path, known_names: Collection[str]) -> QuestionFile:
-    """Read a file that defines questions; it may be the assignment.toml of an assignment.
+    """Read a file that defines questions. The file may be an assignment.toml.
 
     Raises QdotError with the file, the line and the key.
     """
@@ -191,7 +191,7 @@ def _check_name(name: str, known_names: Collection[str]) -> None:
 
 
 def _check_tables(file: TomlFile, name: str, table: dict[str, Any]) -> None:
-    """Raise QdotError with the line of a table in the question that is not for a known language."""
+    """Raise QdotError, with the line, if a question contains a table that is not for a known language."""
     for key, value in table.items():
         if isinstance(value, dict) and key not in QuestionEntry.model_fields:
             with file.locate_errors("question", name, key):
@@ -201,7 +201,7 @@ def _check_tables(file: TomlFile, name: str, table: dict[str, Any]) -> None:
 
 
 def _find_invalid_value(table: dict[str, Any], locations: Sequence[Sequence[str | int]]) -> tuple[list[str], str]:
-    """Return the keys of the first value that pydantic refuses, and the expected form; `locations` are pydantic's."""
+    """Return the keys of the first value that pydantic refuses at its `locations`, and the expected form."""
     key = locations[0][0]
     inner_keys = [inner_key for location in locations if location[0] == key for inner_key in location[1:]]
     value = table[str(key)]
@@ -216,7 +216,7 @@ def _find_invalid_value(table: dict[str, Any], locations: Sequence[Sequence[str 
 
 
 def _validate(file: TomlFile, name: str, table: dict[str, Any], errors: ErrorList) -> QuestionEntry | None:
-    """Return the content of a question's table; None if it has wrong values, which are added to `errors`."""
+    """Return the content of a question's table; None if it has wrong values. Their messages are added to `errors`."""
     try:
         return QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
@@ -269,7 +269,10 @@ def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definit
 
 
 def _locate_keys(file: TomlFile, name: str, table: dict[str, Any]) -> dict[str, str]:
-    """Return the file, the line and the key of each value of a question, by key; given.m is a key in a table."""
+    """Return the file, the line and the key of each value of a question, by key.
+
+    A key in a table has a dot, as in given.m.
+    """
     key_paths: list[tuple[str, ...]] = [(key,) for key in table]
     tables = {key: value for key, value in table.items() if key in ("given", "units") and isinstance(value, dict)}
     key_paths += [(key, inner_key) for key, inner_table in tables.items() for inner_key in inner_table]
@@ -277,7 +280,7 @@ def _locate_keys(file: TomlFile, name: str, table: dict[str, Any]) -> dict[str, 
 
 
 def _check_texts(file: TomlFile, name: str, entry: QuestionEntry, errors: ErrorList) -> None:
-    """Add to `errors` the texts that are too long or have LaTeX that qdot doesn't support, with lines and keys."""
+    """Add to `errors` each text that is too long or contains unsupported LaTeX, with its line and key."""
     languages: dict[tuple[str, ...], QuestionEntry | TextsEntry | None] = {(): entry, ("de",): entry.de}
     for key_path, texts in languages.items():
         if texts is None:
@@ -301,11 +304,11 @@ NAMES_OF_ANSWERS = {
     "shown": "options", "rows": "a vector", "up_to_factor": "a vector of formulas", "given": "a formula as the answer",
     "unit": "numbers", "digits": "numbers", "tolerance": "numbers", "units": "formulas",
 }  # fmt: skip
-"""The keys that only some questions have, and which questions have them."""
+"""Maps keys that only some questions have to these questions, in words."""
 
 
 def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> None:
-    """Raise QdotError with the line of a key that has no meaning for the question's kind of answer."""
+    """Raise QdotError, with the line, if a key has no meaning for the question's kind of answer."""
     kind = "a formula"
     if entry.answer == TEXT_ANSWER:
         kind = "a text"
@@ -326,7 +329,7 @@ def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> No
 
 
 def _check_options_and_units(file: TomlFile, name: str, entry: QuestionEntry) -> None:
-    """Raise QdotError with the line and the key of an option, a name of a row or a unit that qdot can't show."""
+    """Raise QdotError, with line and key, if qdot can't show an option, the name of a row or a unit."""
     with file.locate_errors("question", name, "options"):
         for option in entry.options or ():
             if not isinstance(option, str):
@@ -359,7 +362,7 @@ MIN_TOLERANCE = 1e-9
 
 
 def _read_rounding(entry: QuestionEntry) -> Rounding | None:
-    """Return the tolerance of a number; None for the usual three digits, and for other answers."""
+    """Return the tolerance of a numeric answer; None for the usual three digits, or if the answer is not numeric."""
     sets_digits = "digits" in entry.model_fields_set
     if not sets_digits and entry.tolerance is None:
         return None

@@ -1,7 +1,7 @@
 r"""Split the texts of custom questions at their placeholders, and check their braces, dollar signs and LaTeX.
 
-A placeholder is in braces, as in {pose}. In a formula between dollar signs, a brace directly after a letter or one of
-_ ^ } ] belongs to LaTeX, and so do empty braces and \{ \}. Double braces stand for a brace.
+A placeholder is in braces, as in {pose}. In a formula between dollar signs, a brace belongs to LaTeX if it comes
+directly after a letter or one of _ ^ } ], and so do empty braces and \{ \}. Double braces stand for a brace.
 """
 
 import re
@@ -82,7 +82,7 @@ def check_formulas(markdown: str) -> None:
 
 
 def check_title(title: str, source: str = "") -> None:
-    """Raise QdotError if a title is not plain text, which is all that every platform shows in a title."""
+    """Raise QdotError if a title is not plain text, because some platforms show only plain text in titles."""
     _check_escapes(title, source)
     if match := re.search(r"[$\\{}\n]", title):
         raise QdotError(f'a title is plain text without {match[0]!r}; write formulas as text, as in "Speed of P"')
@@ -114,7 +114,7 @@ def _find_depth(layout: Layout) -> int:
 
 
 def _check_escapes(text: str, source: str) -> None:
-    r"""Raise QdotError if a text has a control character, or a line break in place of the beginning of \nabla."""
+    r"""Raise QdotError if a text has a control character, or a line break instead of the \n in \nabla."""
     breaks = re.finditer(r"(\n)([a-zA-Z]+)", "\0".join(match[0] for match in MARKDOWN_FORMULA.finditer(text)))
     for match in (*_CONTROL_CHARACTER.finditer(text), *re.finditer("(\t)([a-zA-Z]+)", text), *breaks):
         letter, other_letters = _ESCAPE_LETTERS.get(match[1], ""), match[2]

@@ -1,4 +1,4 @@
-"""Check the unit of a number: how the number changes if the units of mass, length and time change."""
+"""Check the unit of a number by computing how the number changes if the units of mass, length and time change."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -19,16 +19,16 @@ Dimension = tuple[int, ...]
 _BASE_COUNT = 3
 """The number of base units: kg, m and s."""
 _SCALES = (2, 4)
-"""The factors by which masses, lengths or times are multiplied."""
+"""The factors by which masses, lengths or times are multiplied, one kind at a time."""
 _MAX_ATTEMPTS, _GOLDEN_RATIO, _NEAR_ZERO = 3, 0.6180339887, 1e-9
-"""The number of values of the symbols that are tried until the result is finite, a number from which these values are
-made, and the size below which a value may be an error of rounding."""
+"""Maximum number of sets of values that are tried until the result is finite, a number from which the values are
+computed, and the size below which a value may be a rounding error."""
 MIXED_UNITS = (
     "it has no unit, because it adds quantities of different units, or contains a function of a quantity with a unit"
 )
 """Why a result has no unit, as a clause."""
 _POWER_TOLERANCE = 1e-6
-"""Tolerance for the powers of kg, m and s that are computed from numbers."""
+"""Tolerance for the computed powers of kg, m and s."""
 _NAMES_OF_DIMENSIONS: dict[Dimension, str] = {
     (0, 0, 0): "a number without a unit", (0, 0, -1): "in rad/s or 1/s", (0, 0, -2): "in rad/s^2 or 1/s^2",
     (1, 1, -2): "in N", (1, 2, -2): "in N m", (1, 2, -3): "in W",
@@ -36,7 +36,7 @@ _NAMES_OF_DIMENSIONS: dict[Dimension, str] = {
 
 
 def check_si_unit(unit: str) -> None:
-    """Raise QdotError if a unit, which students see, is not an SI unit with the usual symbols."""
+    """Raise QdotError if a unit is not an SI unit with the usual symbols, because students see it."""
     if unit in ("", "1"):
         return
     si_unit = convert_to_si(unit)
@@ -77,9 +77,9 @@ def describe_dimension(dimension: Dimension) -> str:
 
 @dataclass(frozen=True)
 class EntryDimensions:
-    """The powers of kg, m and s of each entry of a result; None for an entry whose powers can't be found.
+    """The powers of kg, m and s of each entry of a result; None if the powers of an entry can't be found.
 
-    If `is_mixed`, an entry adds quantities of different units, so that it has no unit.
+    If `is_mixed`, an entry has no unit, because it is a sum of quantities with different units.
     """
 
     dimensions: tuple[Dimension | None, ...]
@@ -115,7 +115,7 @@ def find_dimensions(
 
 
 def _find_powers(entry: np.ndarray) -> Dimension | None:
-    """Return the dimension of an entry from its values for all scales; () if there is none, None if it is unknown."""
+    """Return the dimension of an entry, given its values for all scales; () if there is none, None if it is unknown."""
     if not np.isfinite(entry).all() or entry.min() < _NEAR_ZERO:
         return None
     ratios = np.log2(entry[1:].reshape(_BASE_COUNT, len(_SCALES)) / entry[0])
@@ -127,7 +127,7 @@ def _find_powers(entry: np.ndarray) -> Dimension | None:
 
 
 def find_unit_objection(entries: EntryDimensions, answer_units: tuple[str, ...]) -> str | None:
-    """Return why numbers can't have their units (one for all, or one for each), as a clause; or None."""
+    """Return why numbers can't have their units (one for all, or one for each), as a clause, or None."""
     if entries.is_mixed:
         return MIXED_UNITS
     expected_units = answer_units if len(answer_units) > 1 else answer_units * len(entries.dimensions)

@@ -19,7 +19,7 @@ from qdot.exercises.formula.field import (
     USES_PER_FIELD,
     Field,
     SharedField,
-    choose_below,
+    choose_integer_below,
     choose_field,
     is_prime,
 )
@@ -88,8 +88,8 @@ def test_field_contains_the_roots_of_unity() -> None:
         field = choose_field(Stream(f"field/{seed}"))
         assert 2**PRIME_BITS < field.prime < 2 ** (PRIME_BITS + 1)
         assert sp.isprime(field.prime)
-        assert len({field.power(k) for k in range(ROOT_ORDER)}) == ROOT_ORDER
-        assert field.power(720) == field.prime - 1
+        assert len({field.raise_root(k) for k in range(ROOT_ORDER)}) == ROOT_ORDER
+        assert field.raise_root(720) == field.prime - 1
 
 
 def test_primality_test_is_correct() -> None:
@@ -102,18 +102,18 @@ def test_primality_test_is_correct() -> None:
 def test_prime_is_valid_at_both_ends_of_the_range(highest: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers counted up from the lowest, or down from the highest, replace random ones."""
     samples = count()
-    monkeypatch.setattr(field, "choose_below", lambda _, limit: limit - 1 - next(samples) if highest else next(samples))
+    monkeypatch.setattr(field, "choose_integer_below", lambda _, limit: limit - 1 - next(samples) if highest else next(samples))
     chosen = choose_field(Stream("none"))
     first = 2**PRIME_BITS // ROOT_ORDER * ROOT_ORDER + ROOT_ORDER + 1
     last = 2 ** (PRIME_BITS + 1) // ROOT_ORDER * ROOT_ORDER + 1
     candidates = range(last, 0, -ROOT_ORDER) if highest else range(first, 2**82, ROOT_ORDER)
     assert chosen.prime == next(n for n in candidates if sp.isprime(n))
-    assert len({chosen.power(k) for k in range(ROOT_ORDER)}) == ROOT_ORDER
+    assert len({chosen.raise_root(k) for k in range(ROOT_ORDER)}) == ROOT_ORDER
 
 
 def test_root_of_unity_has_full_order(monkeypatch: pytest.MonkeyPatch) -> None:
     left, samples = [1440 * 7 - 1, 0, 1], count(2)
-    monkeypatch.setattr(field, "choose_below", lambda _, limit: min(left.pop(), limit - 1) if left else next(samples))
+    monkeypatch.setattr(field, "choose_integer_below", lambda _, limit: min(left.pop(), limit - 1) if left else next(samples))
     root = field._choose_root(SMALL[-1], Stream("none"))
     assert pow(root, ROOT_ORDER, SMALL[-1]) == 1
     assert all(pow(root, ROOT_ORDER // q, SMALL[-1]) != 1 for q in (2, 3, 5))
@@ -126,8 +126,8 @@ def test_long_random_number_combines_two_short_ones() -> None:
             return samples.pop(0)
 
     samples = [5, 7, 5, 7]
-    assert choose_below(Two("none"), 2**126) == 5 * 2**63 + 7
-    assert choose_below(Two("none"), 1000) == (5 * 2**63 + 7) % 1000
+    assert choose_integer_below(Two("none"), 2**126) == 5 * 2**63 + 7
+    assert choose_integer_below(Two("none"), 1000) == (5 * 2**63 + 7) % 1000
 
 
 def test_shared_field_changes_after_a_number_of_uses() -> None:
