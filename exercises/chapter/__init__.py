@@ -17,7 +17,7 @@ from qdot.exercises.writing.wording import Wording
 
 
 def read_entries(name: str) -> list[dict[str, Any]]:
-    """Return the entries of examples.toml or errata.toml; `name` is "examples" or "errata"."""
+    """Return the entries of examples.toml (`name` "examples") or errata.toml (`name` "errata")."""
     text = Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8")
     entries: list[dict[str, Any]] = tomllib.loads(text)[name]
     return entries
@@ -38,9 +38,9 @@ class Example:
     """An example of the chapter, with its solution.
 
     - `number` is the example's number in the chapter, such as "6.1".
-    - `key` is the name of the arm in the names of its drawings, such as "planar-2r".
-    - `steps` are the steps of the solution: the title and the text of each.
-    - `shows_arm` says whether this is the first example with the arm, which therefore shows a drawing of the arm.
+    - `key` is the arm's name, such as "planar-2r", in the file names of its drawings.
+    - `steps` are the steps of the solution, each with a title and a text.
+    - `shows_arm` says whether the example shows a drawing of the arm, because no earlier example has the same arm.
     - `shows_singularities` says whether the example shows drawings of singular configurations.
     """
 
@@ -87,8 +87,8 @@ class Erratum:
     """An error in the printed chapter, with its correction.
 
     - `place` is the place in the chapter, and `kind` is "wrong", "incomplete" or "lost in the layout".
-    - `printed` and `correction` are the printed and the correct text, and `reason` is why it matters.
-    - `values` are pairs (description, number) that show the error; they hold for the `configuration`.
+    - `printed` and `correction` are the printed and the correct text, and `reason` says why the error matters.
+    - `values` are pairs (description, number) that show the error at the `configuration`.
     """
 
     place: str

@@ -1,6 +1,6 @@
-"""Define the families of arms: an arm as drawn in the chapter, and what varies from one student's arm to another's.
+"""Define the families of arms: for each family, an arm as drawn in the chapter, and what varies among students.
 
-`exercises/generation.py` asks a family for the arm of a student; `variations` samples its lengths and angles. Modules:
+`exercises/generation.py` asks a family for the arm of a student. The modules:
 
     family              what a family is
     variations          the axes of variation: lengths, joint offsets, senses of the axes, base, point, task

@@ -1,4 +1,4 @@
-"""Define what a family of arms is: an arm as drawn in the chapter, and what may vary from student to student."""
+"""Define what a family of arms is: an arm as drawn in the chapter, and the properties that may vary among students."""
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
@@ -8,7 +8,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.common.variation import VARIATION_AXES, list_variation_axes
 
 Variation = Callable[[Chain, Stream], Chain]
-"""An axis of variation: a function that changes one property of an arm, with random numbers from a stream."""
+"""An axis of variation: a function that changes one property of an arm at random."""
 
 
 @dataclass(frozen=True)
@@ -19,12 +19,12 @@ class Family:
     - `textbook_arm`: the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base
       frame is the world frame, and its point of interest is the origin of a frame.
     - `variations`: the family's axes of variation; the keys are names in `common.variation`.
-    - `sample_structure`: for a family without a textbook arm, a function that also samples the structure: the kinds of
-      the joints, their twists, and which lengths are zero. The arms of such a family differ in difficulty and in the
-      questions that apply to them. The arguments of the function are a stream, the names of the axes of variation, a
-      minimum and a maximum difficulty, and a test that the arm must pass.
-    - `robot_argument`: for the family of an instructor's robot, the robot's file or its name in the library, as the
-      argument of `qdot families`.
+    - `sample_structure`: for a family without a textbook arm, a function that samples an arm and its structure: the
+      kinds of the joints, their twists, and which lengths are zero. The arms of such a family differ in difficulty and
+      in the questions that apply to them. The arguments are a stream, the names of the axes of variation, a minimum and
+      a maximum difficulty, and a test that the arm must pass.
+    - `robot_argument`: for the family of an instructor's robot, the argument of `qdot families`: the robot's file, or
+      its name in the library.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Family:
         return tuple(name for name in VARIATION_AXES if name in self.variations)
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
-        """Return a random arm that varies along some axes; each axis has a separate stream of random numbers."""
+        """Return a random arm that varies along some axes; each axis has its own stream of random numbers."""
         chain = self.textbook_arm
         if chain is None:
             raise TypeError(f"{self.name} also chooses its structure at random")

@@ -1,4 +1,4 @@
-"""Read the stored properties of each family: joints, difficulty and questions. `make docs` computes and stores them."""
+"""Read the properties of each family (joints, difficulty, questions) from listing.json, which `make docs` writes."""
 
 import json
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ class FamilyListing:
     - `kinds`: the kinds of the joints, such as RRP.
     - `band_range`: the minimum and the maximum difficulty band (`singularities.difficulty`).
     - `questions`: the names of the questions that apply to the family's arms.
-    - `step_difficulties`: the difficulty at each step of variation; empty if the family also samples the structure.
+    - `step_difficulties`: the difficulty at each step of variation; () if the family also samples structures.
     """
 
     kinds: str

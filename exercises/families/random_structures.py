@@ -1,16 +1,15 @@
-"""Define the families random-2, random-3 and random-4, whose structure is sampled from all clean structures.
+"""Define the families random-2, random-3 and random-4, whose structures are sampled from all clean structures.
 
-The arms of all other families are sampled by `Family.sample`.
-
-The structures of one class lead to the same problem (`structures`). First a class is sampled, each with equal
-probability, then one of its structures. Then the axes of variation change these properties of the arm:
+Structures are clean if the arm can be solved by hand, and those of one class lead to the same problem (`structures`).
+First a class is sampled, with equal probabilities, and then one of its structures. Then the axes of variation change
+these properties of the arm:
 
 - the lengths, the joint offsets, and the senses of the axes (mirror images);
 - the position and the orientation of the base, and with them the rows of the task;
 - whether the last length is in the table or in the coordinates of the point of interest.
 
-If there is a length on which no condition of the singular set depends, one such length stays symbolic. The other
-lengths are numbers for which every condition can hold.
+If there are lengths on which no condition of the singular set depends, one of these lengths stays symbolic. The other
+lengths become numbers for which every condition can hold.
 """
 
 from collections.abc import Callable, Collection
@@ -46,11 +45,10 @@ Values = dict[sp.Symbol, sp.Rational]
 MAX_ARMS, MAX_ARMS_PER_STRUCTURE, MAX_LENGTH_SETS = 400, 4, 60
 """Maximum numbers of samples: arms in total, arms of one structure, and sets of lengths for one arm."""
 INVERSE_FUNCTIONS = (sp.atan, sp.acos, sp.asin)
-"""Inverse functions, which the joint values of easy singular configurations don't contain."""
+"""Inverse functions, which do not occur in the joint values of easy singular configurations."""
 CONFIGURATION_COUNT, MIN_SIGN_FRACTION = 400, 0.02
-"""Number of configurations at which a condition is evaluated, and a fraction of the condition's largest absolute value.
-
-If the condition exceeds that fraction with both signs, the condition clearly has a zero and therefore can hold.
+"""Number of configurations at which a condition is evaluated, and a fraction of its largest absolute value. If the
+values exceed this fraction with both signs, the condition has a zero and can hold.
 """
 
 SOURCE = "equations 6.1 to 6.12"
@@ -87,7 +85,7 @@ def _sample_structure(
 
 
 def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list[Structure]:
-    """Return all structures in random order: one of each class before a second of any class."""
+    """Return all structures in random order, with one structure of each class before a second one of any class."""
     rounds = zip_longest(*(rng.permutation(structures) for structures in rng.permutation(classes)))
     return [structure for structures in rounds for structure in structures if structure is not None]
 
@@ -95,13 +93,13 @@ def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list
 def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
     """Return the structures whose arms may have a difficulty from `low` to `high`.
 
-    Joint offsets and a displaced base make an arm harder than its structure; equal lengths make it easier.
+    Joint offsets and a displaced base make an arm harder than its structure, and equal lengths make it easier.
     """
     return tuple(structure for structure in structures if low - 2 <= structure.band <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:
-    """Return a random arm of a structure; None if no sampled lengths let every condition of the singular set hold."""
+    """Return a random arm of a structure; None if there are no suitable lengths (`_sample_lengths`)."""
     sense_stream = rng.substream("senses")
     senses = tuple(variations.choose_sign(sense_stream) for _ in structure.rows) if "senses" in axes else ()
     chain = build_arm(structure.rows, structure.task, f"random-{len(structure.rows)}", senses)
@@ -118,7 +116,7 @@ def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Cha
 
 
 def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Values | None:
-    """Return lengths for which every condition of the singular set can hold; None if no sampled lengths allow it.
+    """Return random lengths for which every condition of the singular set can hold; None if none are found.
 
     One length that no condition contains stays symbolic. If `needs_clean_roots`, the joint values of singular
     configurations contain no inverse functions such as arctan(35/6).
@@ -139,7 +137,7 @@ def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Value
 
 
 def _shift_zeros(chain: Chain, rng: Stream) -> Chain:
-    """Return the arm with random joint offsets; prismatic joints get none if these would make too many terms in J."""
+    """Return the arm with random joint offsets; prismatic joints have none if J would otherwise have too many terms."""
     choices = [SIGNED_LENGTHS if joint.is_prismatic else RIGHT_ANGLES for joint in chain.joints]
     if chain.joints[0].is_revolute:
         choices[0] = ANGLES
@@ -175,7 +173,7 @@ def _sample_configurations(kinds: str) -> np.ndarray:
 
 
 def _can_all_hold(conditions: tuple[sp.Expr, ...], chain: Chain, values: Values) -> bool:
-    """Return whether each condition clearly takes both signs at the sampled configurations, and so has a zero."""
+    """Return whether each condition clearly has both signs at the sampled configurations, and so has a zero."""
     if not conditions:
         return True
     configurations = _sample_configurations("".join(joint.kind for joint in chain.joints))

@@ -16,7 +16,7 @@ from qdot.exercises.robots.library import ROBOT_FOLDER
 from qdot.exercises.robots.robot_file import LengthRange, Robot, read_robot_file
 
 MAX_TRIES = 50
-"""Maximum number of attempts to sample clearly different lengths, because the instructor's ranges may allow none."""
+"""Maximum number of samples of lengths that are clearly different; the instructor's ranges may allow none."""
 
 
 def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
@@ -33,7 +33,10 @@ def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
 
 
 def _sample_lengths(chain: Chain, rng: Stream, ranges: Sequence[LengthRange]) -> Chain:
-    """Return the arm with random lengths from the ranges of [draw], clearly different ones if the ranges allow it."""
+    """Return the arm with random lengths from the ranges of [draw].
+
+    If the ranges allow it, the lengths are clearly different.
+    """
     for _ in range(MAX_TRIES):
         lengths = [rng.integer(item.min_cm, item.max_cm) for item in ranges]
         if are_distinct(lengths):

@@ -33,7 +33,7 @@ RIGHT_ANGLE = sp.pi / 2
 
 @dataclass(frozen=True)
 class StructureRow(HasKind):
-    """One joint of a structure: its kind, and whether a, the constant one of d and theta, and the twist are nonzero."""
+    """One joint of a structure: its kind, and whether a, the fixed one of d and theta, and the twist are nonzero."""
 
     has_a: bool
     has_fixed_entry: bool
@@ -46,7 +46,7 @@ class StructureRow(HasKind):
 
 @dataclass(frozen=True)
 class Structure:
-    """A clean structure: its joints, its task, the difficulty band of its arms, and the number of its class."""
+    """A clean structure: its joints, its task, the difficulty band of its arm, and the number of its class."""
 
     rows: tuple[StructureRow, ...]
     task: tuple[str, ...]

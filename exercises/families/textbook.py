@@ -74,9 +74,10 @@ def _find_range(values: str | Sequence[int]) -> Sequence[int]:
 
 
 def parse_table(rows: Sequence[str]) -> tuple[Joint, ...]:
-    """Return the joints of a table whose rows consist of kind, d (for a prismatic joint: theta instead), a and alpha.
+    """Return the joints of a table.
 
-    The row of a revolute joint may end with the joint offset. Angles are in degrees.
+    A row consists of the kind, d (theta for a prismatic joint), a and alpha. The row of a revolute joint may end with
+    the joint offset. Angles are in degrees.
 
     >>> parse_table(["R d1 a1 -90", "P 0 0 0"])[0]
     Joint(kind='R', theta=theta1, d=d1, a=a1, alpha=-pi/2)

@@ -1,6 +1,6 @@
 """Define the axes of variation (`family.Variation`): functions that change one property of an arm at random.
 
-Numbers are easy to work with: lengths in steps of 5 cm, angles with a well-known sine, base positions in decimetres.
+The numbers are easy to work with: lengths in steps of 5 cm, angles with well-known sines, base positions in decimetres.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,8 @@ BASE_DECIMETRES = tuple(k for k in range(-9, 10) if k)
 """Coordinates of a displaced base, in decimetres."""
 
 MIN_SEPARATION = 5
-"""Minimum difference of two numeric lengths, in centimetres: equal lengths add unwanted singular configurations."""
+"""Minimum difference of two numeric lengths, in centimetres. Equal lengths would add unwanted singular
+configurations."""
 
 
 def to_metres(centimetres: int) -> sp.Rational:
@@ -55,7 +56,7 @@ def are_distinct(centimetres: Sequence[int]) -> bool:
 
 
 def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], candidates: Sequence[str]) -> Chain:
-    """Return the arm with random numbers for lengths in `ranges`; one of the `candidates`, if any, stays a symbol."""
+    """Return the arm with random numbers for the lengths in `ranges`, except one of the `candidates` (if any)."""
     symbolic_length = rng.choice(candidates) if candidates else None
     names = [name for name in ranges if name != symbolic_length]
     while not are_distinct(lengths := [rng.choice(ranges[name]) for name in names]):
@@ -64,7 +65,7 @@ def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], ca
 
 
 def set_lengths_together(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres]) -> Chain:
-    """Return the arm with a number for each length in `ranges`, from the same random index of all ranges.
+    """Return the arm with a number for each length in `ranges`, at the same random index in all ranges.
 
     The ranges thus determine the ratios of the lengths, on which singular angles may depend.
     """
@@ -147,9 +148,9 @@ def mount_base(chain: Chain, rng: Stream) -> Chain:
 def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) -> Chain:
     """Place the point of interest P at O_n, or at a distance from O_n that is a length of the table.
 
-    In half of all samples, P is O_n, or is displaced from O_n by `lateral_offset` along y_n. In the other samples, a
-    length of the table becomes a coordinate of P in frame n. The Jacobian always has the same number of terms, so that
-    no student's arm is harder than another's.
+    In half of all samples, P is O_n, displaced by `lateral_offset` along y_n. In the other samples, a length of the
+    table becomes a coordinate of P in frame n. In both cases the Jacobian has the same number of terms, so that all
+    arms are equally hard.
     """
     n = chain.n
     if rng.integer_below(2):
@@ -162,9 +163,9 @@ def place_point(chain: Chain, rng: Stream, lateral_offset: sp.Expr = sp.S.Zero) 
 
 
 def place_point_beside(chain: Chain, rng: Stream, distances: Centimetres) -> Chain:
-    """Place P at one of some distances beside the last link, or on the link if its length is symbolic.
+    """Place P at one of the distances beside the last link, or on the link if its length is symbolic.
 
-    At a distance h beside a link of symbolic length a_n, singular angles would be arctan(h/a_n).
+    At a distance h beside a link of symbolic length a_n, singular angles would contain arctan(h/a_n).
     """
     lateral_offset = choose_sign(rng) * to_metres(rng.choice(distances))
     return place_point(chain, rng, lateral_offset if chain.joints[-1].a.is_number else sp.S.Zero)
@@ -196,9 +197,9 @@ def _place_on_link(rng: Stream, joints: tuple[Joint, ...], lateral_offset: sp.Ex
 
 
 def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[tuple[Joint, ...], Point]:
-    """Move a part of the last joint's offset to P along z_n, or the length a_(n-1) along x_n.
+    """Move a part of the last joint's offset from the table to P, along z_n, or the length a_(n-1), along x_n.
 
-    The length can move only if theta_n is 0. If both are zero, P stays at O_n, because otherwise each entry of J would
+    The length can be moved only if theta_n is 0. If both are zero, P stays at O_n, because otherwise entries of J would
     have one more term.
     """
     n, (previous_joint, last_joint) = len(joints), joints[-2:]
@@ -214,7 +215,10 @@ def _place_on_prismatic_joint(rng: Stream, joints: tuple[Joint, ...]) -> tuple[t
 
 
 def _rename_length(length: sp.Expr, n: int) -> sp.Expr:
-    """Return a length of the table as a coordinate of P; a symbol becomes L_n, because a_n and d_n are in the table."""
+    """Return a length of the table as a coordinate of P.
+
+    A symbol becomes L_n, because a_n and d_n belong to the table.
+    """
     return length if length.is_number else sp.Symbol(f"L{n}")
 
 

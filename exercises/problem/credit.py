@@ -1,8 +1,8 @@
 """Compute the share of the points that a partly correct answer earns, and parse the setting `credit` of an assignment.
 
 The share depends on what is correct and what is wrong, never on the arm: equal mistakes earn equal shares. The grader
-and the STACK export compare the answers; then they compute the share with these functions. docs/partial-credit.md
-explains the rules with examples.
+and the STACK export compare the answers, and then compute the share with these functions. See docs/partial-credit.md
+for the rules with examples.
 """
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
@@ -24,14 +24,14 @@ CREDIT_ERROR = (
     "credit, a factor from 0 to 1 that multiplies the usual partial credit, or a table of these by question, as in "
     'credit = {jacobian = "columns", determinant = 0.5}'
 )
-"""The error message for a value of `credit` that is not allowed."""
+"""The message for a wrong value of `credit`."""
 
 
 @dataclass(frozen=True)
 class Credit:
-    """How partly correct answers earn points: the share by `rule` times `factor`.
+    """How partly correct answers earn points: the share by `rule`, multiplied by `factor`.
 
-    The rule is one of CREDIT_RULES, or "" for the question's usual rule.
+    The rule is one of CREDIT_RULES, or "" for the usual rule of the question.
     """
 
     rule: str = ""
@@ -39,16 +39,16 @@ class Credit:
 
     @property
     def covers_known_mistakes(self) -> bool:
-        """Whether an answer also earns a share if one known mistake explains everything that is wrong."""
+        """Whether an answer also earns a share if a single known mistake explains it."""
         return self.rule not in ("entries", "columns", "whole")
 
 
 # --- the rules ---
 
 SIGN_OR_FACTOR_COST = Fraction(1, 5)
-"""The share that is lost for all wrong signs together, for a wrong common factor, and for rounded joint values."""
+"""The share that is lost for all wrong signs together, for a wrong common factor, or for rounded joint values."""
 INCOMPLETE_CONDITION_FACTOR = Fraction(2, 3)
-"""Factor of the share for a condition if only some of its joint values were found."""
+"""Factor of the share for each condition of which only some joint values were found."""
 MISTAKE_FACTOR = Fraction(1, 2)
 """Factor of the share for one known mistake, and for each wrong factor, forgotten condition and false condition."""
 MAX_WRONG_FACTORS = 2
@@ -56,7 +56,7 @@ MAX_WRONG_FACTORS = 2
 
 
 def compute_share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bool) -> Fraction:
-    """Return the share of an answer that is correct except for signs, a common factor, or both.
+    """Return the share for an answer that is correct except for signs, a common factor, or both.
 
     >>> compute_share_up_to_sign_and_factor(is_sign_wrong=True, is_factor_wrong=False)
     Fraction(4, 5)
@@ -65,10 +65,10 @@ def compute_share_up_to_sign_and_factor(is_sign_wrong: bool, is_factor_wrong: bo
 
 
 def compute_share_of_product(expected_count: int, missing_count: int, extra_count: int) -> Fraction:
-    """Return the share of a product of `expected_count` factors if factors are missing or extra.
+    """Return the share for a product of `expected_count` factors if factors are missing or extra.
 
     A wrong factor counts as one missing and one extra factor. Each mistake halves the share. If more factors are wrong
-    than correct, the share is 0, because the correct factors may be a coincidence.
+    than correct, the share is 0, because factors may be correct by chance.
 
     >>> [str(compute_share_of_product(2, missing_count=1, extra_count=extra_count)) for extra_count in (0, 1, 2)]
     ['1/2', '1/2', '0']
@@ -83,7 +83,7 @@ def compute_share_of_product(expected_count: int, missing_count: int, extra_coun
 def compute_share_of_entries(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> Fraction:
-    """Return the share of a matrix, or of several numbers, if at least one entry is wrong.
+    """Return the share for a matrix, or for several numbers, if at least one entry is wrong.
 
     The share is the number of correct nonzero entries, minus the number of zeros that were answered with something
     else, divided by the number of nonzero entries. `is_zero` says which entries of the reference are zero, and
@@ -101,7 +101,7 @@ def compute_share_of_entries(
 def count_spoiled_zeros(
     is_correct: Sequence[bool], is_zero: Sequence[bool], is_blank: Sequence[bool] | None = None
 ) -> int:
-    """Return how many zero entries were answered with something else, blanks not counted.
+    """Return how many entries that should be zero have another answer; blanks do not count.
 
     Return 0 if the reference has only zeros.
     """
@@ -110,7 +110,7 @@ def count_spoiled_zeros(
 
 
 def compute_share_of_columns(is_correct: Sequence[bool]) -> Fraction:
-    """Return the share of a matrix that is graded by columns, if at least one column is wrong.
+    """Return the share for a matrix that is graded by columns, if at least one column is wrong.
 
     `is_correct` says for each nonzero column whether the column is correct.
 
@@ -123,11 +123,11 @@ def compute_share_of_columns(is_correct: Sequence[bool]) -> Fraction:
 def compute_share_of_set(
     found_and_expected: Sequence[tuple[int, int]], false_conditions: int, *, is_rounded: bool = False
 ) -> Fraction:
-    """Return the share of a set of singular configurations that is not entirely correct.
+    """Return the share for a set of singular configurations that is not entirely correct.
 
     `found_and_expected` has, for each condition, the number of joint values that the student found and the number of
     all its joint values. `false_conditions` is the number of the student's conditions that are false
-    (`count_false_conditions`). If that number exceeds the number of conditions found at least in part, the answer
+    (`count_false_conditions`). If it exceeds the number of conditions that were found at least in part, the answer
     counts as guessed and earns nothing. Rounded values count as found; together they cost as much as wrong signs.
 
     >>> compute_share_of_set([(1, 2)], 0), compute_share_of_set([(0, 2), (1, 1)], 0)
@@ -143,15 +143,15 @@ def compute_share_of_set(
     share = MISTAKE_FACTOR**false_conditions * (1 - SIGN_OR_FACTOR_COST * is_rounded)
     for found_count, expected_count in found_and_expected:
         share *= 1 if found_count == expected_count else INCOMPLETE_CONDITION_FACTOR if found_count else MISTAKE_FACTOR
-    return share if share < 1 else MISTAKE_FACTOR  # all is right except one more condition, which has no solution
+    return share if share < 1 else MISTAKE_FACTOR  # the only error is an additional condition without a solution
 
 
 def count_false_conditions(false_claims: Sequence[Hashable], true_claims: Collection[Hashable]) -> int:
     """Return how many of a student's conditions count as false.
 
-    `false_claims` has the joint (or the joints) of each false condition, `true_claims` those of the true conditions.
-    All false values of a joint together count as one condition, unless the student also found a true value of it. Then
-    each false value counts.
+    `false_claims` has the joint (or joints) of each false condition, and `true_claims` those of the true conditions.
+    All false values of a joint together count as one condition. But if the student also found a true value of the
+    joint, each false value counts.
 
     >>> (count_false_conditions(["theta1", "theta1"], ["theta2"]),
     ... count_false_conditions(["theta2", "theta2"], ["theta2"]))

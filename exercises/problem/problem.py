@@ -23,14 +23,14 @@ AnswerType = TypeVar("AnswerType", bound=Answer)
 DetailsType = TypeVar("DetailsType", bound="Details")
 
 ENGINE = 1
-"""The version of the problem generator. It increases whenever the same id would regenerate a different problem."""
+"""The version of the problem generator. It increases whenever the same id would give a different problem."""
 
 MAX_SEED = (1 << 63) - 1
 
 
 @dataclass(frozen=True)
 class ProblemId:
-    """The identity of a problem. The same version of the generator always makes the same problem from it.
+    """The identity of a problem, from which the same version of the generator always makes the same problem.
 
     - `family` is a family of arms, such as planar-2r, and `seed` determines all random choices.
     - `questions` are the names of the questions; if there are none, the family's usual questions are asked.
@@ -40,7 +40,7 @@ class ProblemId:
     - `convention` is the convention in which the arm is described (a DH table or screw axes), and `twist_order` is the
       order of the rows of its twists (omega-v or v-omega). Both are "" for the family's default.
 
-    The text form is planar-2r/7, followed by everything that is not the default: planar-2r/7@chapter@screws@v-omega.
+    The text form is FAMILY/SEED and everything that is not the default, as in planar-2r/7@chapter@screws@v-omega.
     """
 
     family: str
@@ -58,12 +58,12 @@ class ProblemId:
 
     @property
     def family_and_seed(self) -> str:
-        """FAMILY/SEED, which names the streams of random numbers: all variations have the same random lengths."""
+        """FAMILY/SEED, the name of streams of random numbers that all variations share."""
         return f"{self.family}/{self.seed}"
 
     @property
     def stream_name(self) -> str:
-        """The version of the generator and the text form, which name streams of random numbers for this identity."""
+        """The version of the generator and the text form: the name of this identity's own streams of random numbers."""
         return f"{self.engine}/{self}"
 
     def with_variation(self, variation: str) -> "ProblemId":
@@ -73,8 +73,8 @@ class ProblemId:
     def with_convention(self, convention: str, twist_order: str = "") -> "ProblemId":
         """Return the identity with another convention and another order of twists; "" changes nothing.
 
-        Only an arm described by its screw axes has an order of twists. Raises QdotError for unknown names, and for an
-        order of twists if the arm is described by a table.
+        Only an arm that is described by its screw axes has an order of twists. Raises QdotError for unknown names, and
+        for an order of twists if the arm is described by a table.
         """
         new_convention = normalize_convention(convention) if convention else self.convention
         new_order = normalize_twist_order(twist_order) if twist_order else self.twist_order
@@ -88,7 +88,7 @@ class ProblemId:
     def parse(text: str, hint: str = "") -> "ProblemId":
         """Parse FAMILY/SEED, followed by any of @VARIATION, @CONVENTION and @ORDER.
 
-        Raises QdotError if the text has another form, with `hint` at the end of the message.
+        Raises QdotError, with `hint` at the end of the message, if the text has another form.
         """
         match = re.fullmatch(r"([a-z0-9-]+)/0*(\d+)((?:@[a-z0-9_+-]+)*)", text, re.IGNORECASE | re.ASCII)
         if match is None:
@@ -163,7 +163,7 @@ def _normalize_name(kind: str, name: str, known_names: tuple[str, ...], aliases:
 
 @dataclass(frozen=True)
 class SymbolInfo:
-    """The meaning of a symbol: its role (joint, rate, velocity, force, moment, length, angle), unit, and given value.
+    """The meaning of a symbol: its role (joint, rate, velocity, force, moment, length or angle), unit and value.
 
     `value` is the number of a length or angle in the arm's table; it is None for a symbol without a given value.
     """
@@ -174,7 +174,7 @@ class SymbolInfo:
 
     @property
     def is_positive(self) -> bool:
-        """Whether the symbol is a quantity that is never negative, according to its unit, such as a mass."""
+        """Whether the symbol's unit is that of a quantity that is never negative, such as a mass."""
         unit = parse_unit(self.unit)
         return unit is not None and unit.dimension in _POSITIVE_DIMENSIONS
 
@@ -182,7 +182,7 @@ class SymbolInfo:
 _POSITIVE_DIMENSIONS = {(1, 0, 0), (1, -1, 0), (1, -3, 0), (1, 0, -1), (1, 0, -2)}
 """The powers of kg, m and s of masses, densities, damping constants and stiffnesses.
 
-Forces, moments and accelerations may be negative, and so may products of inertia.
+Forces, moments, accelerations and products of inertia may be negative.
 """
 
 
@@ -196,22 +196,22 @@ RECORDED_NAME = "recorded name"
 
 
 def recorded_as(name: str) -> dict[str, str]:
-    """Return the metadata of a field whose name in problem digests is `name`, or GROUP.NAME for a name in a group.
+    """Return the metadata that gives a field the name `name` in problem digests, or GROUP.NAME for a name in a group.
 
-    Certificates contain the digests, so the names in them can't change.
+    Certificates contain the digests, so these names can't change, even if the field is renamed.
     """
     return {RECORDED_NAME: name}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Details:
-    """What a part states or uses besides its answer: a configuration, options, steps to the answer.
+    """What a part states or uses besides its answer, such as a configuration, options, or steps to the answer.
 
-    Prompts, solutions, the grader and tests read the details. Each kind of question has a subclass.
+    Prompts, solutions and the grader use the details. Questions with other details have their own subclasses.
 
     - `symbols` are symbols that answers may use in addition to those of the arm, such as forces.
     - `units` are the units of the answer's entries, if they are formulas.
-    - `pose` is the configuration that the figure under the prompt shows: the value of each joint by the joint's name.
+    - `pose` is the configuration that the figure under the prompt shows: the value of each joint variable by name.
     - `has_drawn_options` means that the options are drawings.
 
     A field that has its default value does not change the problem's digests.
@@ -228,31 +228,31 @@ class Details:
         return None
 
     def list_given_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the lengths, joint values and velocities that the question gives, by name; {} if it gives none."""
+        """Return the lengths, joint values and velocities that the question gives, by name; {} for none."""
         return {}
 
     def list_shown_values(self, chain: Chain) -> Mapping[str, float]:
-        """Return the lengths and joint values of the arm that the question's figure and text show, by name."""
+        """Return the lengths and joint values that the question's figure and text show, by name."""
         return {**list_values_by_name(self.given_joints), **self.list_given_values(chain), **(self.pose or {})}
 
     @property
     def given_joints(self) -> Mapping[sp.Symbol, sp.Expr]:
-        """The joint values at which a formula is asked for; they may contain lengths. {} for any configuration."""
+        """The joint values, which may contain lengths, at which a formula is asked for; {} for any configuration."""
         return {}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ResultChoiceDetails(Details):
-    """Details that say which of an arm's results is asked for. Questions with equal details have the same answer."""
+    """Details that say which of an arm's results is asked for, so that equal details mean equal answers."""
 
 
 @dataclass(frozen=True)
 class Part:
     """One question of a problem.
 
-    - `name` is unique in the problem, and `kind` is the name of the question in the registry of all questions.
+    - `name` is unique in the problem. `kind` is the name of the question in the registry of all questions.
     - `prerequisites` are the names of the problem's parts whose results help to find this answer.
-    - `details` contains what the part states or uses besides its answer, in a class for its kind of question.
+    - `details` has what the part states or uses besides its answer, in a class for this kind of question.
     - `rounding` is the error that the assignment allows for decimals. If it is None, formulas are exact and numbers
       have three digits.
     - `credit` is the assignment's rule for partly correct answers.
@@ -286,11 +286,11 @@ class Part:
 
     @property
     def precision(self) -> str:
-        """The precision to which numbers are expected, in words: that of the assignment, or else three digits."""
+        """The expected precision of numbers, in words: that of the assignment, or else three digits."""
         return self.rounding.words if self.rounding is not None else "to three significant digits"
 
     def count_digits(self, value: float, at_least: int = 3) -> int:
-        """Return with how many significant digits to show a number of the answer, so that it would be accepted."""
+        """Return the number of significant digits with which a number, if shown, would be accepted as an answer."""
         return at_least if self.rounding is None else max(at_least, self.rounding.count_digits(value))
 
     @property
@@ -310,7 +310,7 @@ class Part:
 
 
 def list_table_numbers(chain: Chain) -> dict[str, sp.Expr]:
-    """Return the lengths in the arm's table that are nonzero numbers, named a1, d1, …; {} if the arm shows no table."""
+    """Return the nonzero numeric lengths in the arm's table by the names a1, d1, …; {} if the arm has no table."""
     numbers: dict[str, sp.Expr] = {}
     for row, joint in enumerate(chain.joints if convention_of(chain).shows_table else (), 1):
         lengths = {f"a{row}": joint.a, f"d{row}": joint.d if joint.is_revolute else sp.S.Zero}
@@ -346,7 +346,7 @@ class Problem:
     def symbols(self) -> dict[str, SymbolInfo]:
         """The meaning of every symbol that an answer may use, by name.
 
-        A number in the arm's table has a name, too, such as a1 or d1, because students may type either.
+        A number in the arm's table has a name, too, such as a1 or d1, because students may type the name instead.
         """
         symbols: dict[str, SymbolInfo] = {}
         for joint, q, rate in zip(self.chain.joints, self.chain.q, self.chain.rates, strict=True):
@@ -370,7 +370,7 @@ class Problem:
 
     @cached_property
     def domain(self) -> Domain:
-        """The domain from which symbols are sampled when formulas are compared: the role or the given value of each."""
+        """The domain from which symbols are sampled to compare formulas: the role or the value of each symbol."""
         roles: dict[str, str | float | Fraction] = {}
         for name, info in self.symbols.items():
             if (value := info.value) is not None:
@@ -383,7 +383,7 @@ class Problem:
         return Domain(roles)
 
     def select_domain(self, part: Part) -> Domain:
-        """Return the domain for the answer to a part, whose messages don't list the symbols of other parts."""
+        """Return the domain for the answer to a part, for which messages don't list the symbols of other parts."""
         other_symbols = {name for other_part in self.parts for name in other_part.symbols} - set(part.symbols)
         return replace(self.domain, unlisted_names=frozenset(other_symbols))
 
@@ -394,7 +394,7 @@ class Problem:
 
 
 def name_answer_variable(slot: str, part: str) -> str:
-    """Return the name of the notebook's variable that holds the answer to a part of the problem in a slot.
+    """Return the name of the variable in a notebook for the answer to a part; `slot` is the problem's prefix.
 
     >>> name_answer_variable("p1", "inverse-jacobian")
     'p1_inverse_jacobian'

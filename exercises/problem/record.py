@@ -2,7 +2,7 @@
 
 Certificates contain the digests, by which the grader recognises the problem. The data contains everything that
 determines the problem: table, task, reference answers, given quantities. It contains no sentences and no figures, so
-a better wording does not change the digests.
+digests don't change if the wording is improved.
 """
 
 import hashlib
@@ -24,8 +24,8 @@ Json = dict[str, Any]
 def make_arm_json(chain: Chain) -> Json:
     """Return an arm as plain data: standard DH rows, base, tool point and task, with expressions as text.
 
-    The data has a `convention` only if the arm is not described by a standard DH table. It has a `twist_order` only if
-    the rows of the arm's twists are not in the default order.
+    The data has a `convention` only if it is not a standard DH table, and a `twist_order` only if it is not the
+    default.
     """
     base, point = chain.base, chain.point
     description = {} if chain.convention == DEFAULT_CONVENTION else {"convention": chain.convention}
@@ -55,11 +55,11 @@ def make_symbol_json(info: SymbolInfo) -> Json:
 
 
 def to_plain_data(value: object) -> Any:
-    """Return the details of a part, or a value in them, as data for JSON; SymPy expressions become text.
+    """Return the details of a part, or a value in them, as plain data; SymPy expressions become text.
 
     Fields of `Details` that have their default value are left out. A field has its own name in the data unless
-    `recorded_as` gives it another one: "name", or "group.name" for a name in a nested object. So a field can be renamed
-    without changing digests.
+    `recorded_as` gives it another one: "name", or "group.name" in a nested object. So a field can be renamed without
+    changing the digests.
     """
     if is_dataclass(value) and not isinstance(value, type):
         content: Json = {}
@@ -81,7 +81,7 @@ def to_plain_data(value: object) -> Any:
 
 @dataclass(frozen=True)
 class Digests:
-    """The digests, in hexadecimal, of the whole problem (`sha256`), of its arm, and of each part by its name."""
+    """The hexadecimal digests of the whole problem (`sha256`), of its arm, and of each part by name."""
 
     sha256: str
     arm: str
@@ -96,7 +96,7 @@ def compute_digests(problem: Problem) -> Digests:
 
 
 def _make_part_json(part: Part) -> Json:
-    """Return what is asked, and the answer; without the words about wrong options, which may be improved later."""
+    """Return the question and the answer, without the words about wrong options, which may be improved later."""
     details = to_plain_data(part.details)
     details.pop("blames", None)
     content = {"kind": part.kind, "reference": part.answer.as_json(), "details": details}

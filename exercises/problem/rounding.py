@@ -37,9 +37,10 @@ def read_decimals(
 def check_units(
     setting: int | str | Mapping[str, int | str], questions: Sequence[str], answers: Mapping[str, Answer]
 ) -> None:
-    """Raise QdotError if a tolerance has a different unit from the numbers that it is for.
+    """Raise QdotError if the unit of a tolerance doesn't fit the numbers in an answer.
 
-    `answers` are those of the questions to check. Counts need no tolerance. The entries of a direction have no unit.
+    `answers` has the answers to the questions to check. Counts need no tolerance. The entries of a direction have no
+    unit.
     """
     for name, text in list_settings_by_question(setting, questions):
         answer = answers.get(name)
@@ -73,7 +74,7 @@ def parse_rounding(setting: int | str) -> Rounding | None:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """An absolute error of a number: its size in SI units, and its amount and unit as an instructor typed them."""
+    """An absolute error: its size in SI units, and the amount and the unit that an instructor typed."""
 
     size: float
     amount_text: str
@@ -87,7 +88,7 @@ class Tolerance:
 
 
 def parse_tolerance(text: str, form: str) -> Tolerance:
-    """Return the error that a text such as "0.01 rad/s" states. Raises QdotError, which says the expected form.
+    """Return the error in a text such as "0.01 rad/s". Raises QdotError with the expected `form`.
 
     >>> parse_tolerance("1 cm", "").size, parse_tolerance("0.5", "").words
     (0.01, 'within 0.5')

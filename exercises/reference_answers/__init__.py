@@ -1,4 +1,4 @@
-"""The types of answers: each type is one class with everything that depends on it.
+"""The types of answers. Each type is one class, which contains everything that depends on the type.
 
 `TYPES` below lists all types. The modules:
 

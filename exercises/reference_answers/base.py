@@ -1,7 +1,7 @@
 """The base class of all types of answers, and the base class of functions that depend on the type of an answer.
 
-Each type is one class, listed in `reference_answers.TYPES`. Code outside this folder that does something else for each
-type is a subclass of `AnswerVisitor`.
+Each type is one class, listed in `reference_answers.TYPES`. Code outside this folder that depends on the type is in
+subclasses of `AnswerVisitor`.
 """
 
 from abc import ABC, abstractmethod
@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 
 class AnswerVisitor(Generic[T]):
-    """A function of an answer, with a method for each type of answer (the visitor pattern).
+    """A function with a method for each type of answer (the visitor pattern).
 
     A subclass defines some of these methods:
 
@@ -102,7 +102,7 @@ class Answer(ABC):
 
     @abstractmethod
     def list_formulas(self) -> list[str]:
-        """Return the texts of the reference's formulas, which are parsed like a student's; [] for letters."""
+        """Return the texts of the reference's formulas, which are parsed like students' answers; [] for letters."""
 
     def parse_trees(self, symbol_names: Iterable[str]) -> list[list[Node]]:
         """Return the reference's formulas as trees, in rows and columns; conditions are one column.
@@ -116,7 +116,7 @@ class Answer(ABC):
 
     @abstractmethod
     def as_json(self) -> str | list[Any]:
-        """Return the reference as text, as a list (a vector, conditions, letters), or as a list of rows."""
+        """Return the reference as text, as a list (for a vector, conditions or letters), or as a list of rows."""
 
     def to_options_json(self) -> Json:
         """Return the options, and the items to which they are matched; {} for answers without options."""

@@ -1,4 +1,4 @@
-"""Answers in formulas and numbers: one formula, matrices and vectors, numbers with units, directions, conditions."""
+"""Answers in formulas and numbers: one formula, matrices and vectors, numbers with units, directions, sets."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from qdot.exercises.reference_answers.base import Answer, Json, T
 from qdot.exercises.singularities.singular_set import Component
 
 COUNT_TOLERANCE = 1e-9
-"""Relative and absolute error allowed for counts. It is far smaller than one, because counts must be exact."""
+"""Relative and absolute error that is allowed for counts; it only allows for floating point."""
 
 
 class _Formulas(Answer):
@@ -102,7 +102,7 @@ def bracket_rows(rows: list[list[str]]) -> str:
 
 @dataclass(frozen=True)
 class Matrix(RowsAnswer):
-    """A matrix, or a vector (a matrix with one column); each entry is graded."""
+    """A matrix, or a vector as a matrix with one column. Each entry is graded."""
 
     reference: sp.Matrix
 
@@ -126,7 +126,7 @@ class Direction(RowsAnswer):
     is_direction = True
 
     def find_tolerance(self, rounding: Rounding | None) -> float | None:
-        """Return the error allowed for unit vectors under the assignment's rounding; None for a vector of formulas."""
+        """Return the error that the assignment's rounding allows for unit vectors; None for a vector of formulas."""
         if self.tolerance is None or rounding is None:
             return self.tolerance
         return rounding.relative or rounding.absolute
@@ -138,7 +138,10 @@ class Direction(RowsAnswer):
 
 
 class AllowedErrors(NamedTuple):
-    """The allowed errors of numbers: one relative error, and an absolute error for each number; the larger counts."""
+    """The allowed errors of numbers: one relative error, and an absolute error for each number.
+
+    The larger one counts.
+    """
 
     relative: float
     absolute: list[float]
@@ -166,11 +169,11 @@ class Number(RowsAnswer):
         return self.tolerance < 1e-6
 
     def find_allowed_errors(self, rounding: Rounding | None) -> AllowedErrors:
-        """Return the errors that are allowed under the assignment's rounding."""
+        """Return the errors that the assignment's rounding allows."""
         count = len(self.reference)
         if rounding is None:
             return AllowedErrors(self.tolerance, count * [self.floor])
-        # The error allowed near zero scales with the required number of digits.
+        # The error allowed near zero is proportional to the allowed relative error.
         floor_of_digits = self.floor * rounding.relative / self.tolerance
         absolute_errors = rounding.errors_of_entries or count * (rounding.absolute,)
         return AllowedErrors(rounding.relative, [error + floor_of_digits for error in absolute_errors])
@@ -217,7 +220,7 @@ class Number(RowsAnswer):
 class ConditionSet(Answer):
     """A set of configurations: those that satisfy the conditions of at least one component.
 
-    `is_singular_set` is whether these are the arm's singular configurations.
+    `is_singular_set` says whether these are the arm's singular configurations.
     """
 
     components: tuple[Component, ...]
@@ -229,13 +232,13 @@ class ConditionSet(Answer):
     typed_form = "a list of conditions"
 
     def list_pieces(self) -> list[str]:
-        """Return every piece of the set as text: a value of a joint, or conditions that hold simultaneously."""
+        """Return every piece of the set as text: a value of a joint, or conditions that must hold simultaneously."""
         return [piece for component in self.components for piece in component.list_pieces()]
 
     list_formulas = as_json = list_pieces
 
     def group_by_component(self, items: Sequence[T]) -> list[list[T]]:
-        """Return the items in groups, one for each component; there is one item for each piece of the set."""
+        """Group items, of which there is one for each piece of the set, by component."""
         remaining_items = iter(items)
         return [list(islice(remaining_items, len(component.list_pieces()))) for component in self.components]
 

@@ -1,4 +1,4 @@
-"""Answers that are letters of options: one correct option, several correct options, or one option for each item."""
+"""Answers by letters of options: one correct option, several correct options, or one option for each item."""
 
 from dataclasses import dataclass
 
@@ -35,7 +35,7 @@ class Letters(Answer):
 
     @property
     def letters(self) -> str:
-        """The letters of the correct options in their order, as in "ACD", or in the order of the items, as in "BAC"."""
+        """The letters of the correct options, as in "ACD"; if there are items, in their order, as in "BAC"."""
         return "".join(LETTERS[index] for index in self.correct_indices)
 
     def list_formulas(self) -> list[str]:
@@ -98,7 +98,7 @@ class Selection(Letters):
 
 @dataclass(frozen=True)
 class Matching(Letters):
-    """An option for each item; no option belongs to two items, and an option may belong to no item."""
+    """One option for each item. No option belongs to two items, and some options may belong to no item."""
 
     items: tuple[str, ...]
     options: tuple[str, ...]

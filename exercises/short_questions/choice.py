@@ -1,6 +1,6 @@
-"""Questions with formulas as options: "Which of these is the position?" and "Which column belongs to which joint?"
+"""Questions with formulas or sets as options, such as "Which position?" and "Which column of J belongs to joint 2?".
 
-Other options are Jacobians, columns, entries, determinants, inverses, screws or sets of singular configurations.
+Other options are Jacobians, determinants, inverses, screws and sets of singular configurations.
 """
 
 from collections.abc import Callable
@@ -28,7 +28,7 @@ from qdot.exercises.singularities.singular_set import find_singular_set
 
 @dataclass(frozen=True, kw_only=True)
 class FormulaOptions(Options):
-    """The formulas offered as options, and the result that the correct formula shows (`subject`)."""
+    """The formulas that are offered as options, and the `subject`, which is the result that they claim to show."""
 
     subject: OptionSubject
 
@@ -36,9 +36,8 @@ class FormulaOptions(Options):
 # --- one of four formulas or sets ---
 
 SubjectFinder = Callable[[Chain, str], list[OptionSubject]]
-"""A function of an arm and a question: it returns the results for which a formula can be chosen.
-
-Such a result is the whole answer to the question, a column of the answer, or an entry.
+"""A function of an arm and a question that returns the results to which the options can refer. Such a result is the
+whole answer to the question, or a column or an entry of the answer.
 """
 
 
@@ -47,12 +46,12 @@ def _list_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
 
 
 def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
-    """Return the whole position, and each coordinate in case the whole position is too long for an option."""
+    """Return the whole position and, because it may be too long for an option, each coordinate."""
     return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_axes)))]
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
-    """Return the columns that depend on the configuration; the others are obvious without a calculation."""
+    """Return the columns that depend on the configuration, because other columns need no calculation."""
     matrix = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
     return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
@@ -134,7 +133,7 @@ MAX_CHARACTERS, MAX_COLUMNS = 260, 6
 
 
 def _ask_matching_columns(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the columns in random order, and a wrong column if there are fewer than MAX_COLUMNS."""
+    """Offer the columns in random order, and a wrong column if there are fewer than MAX_COLUMNS columns."""
     if not 2 <= chain.n <= MAX_COLUMNS or not _has_short_distinct_columns(chain):
         return None
     correct_options = list(map(OfferedOption, _split_columns(chain)))
@@ -173,7 +172,7 @@ def _has_short_distinct_columns(chain: Chain) -> bool:
 
 @lru_cache(maxsize=1024)
 def _has_short_columns(symbolic_chain: Chain) -> bool:
-    """Return whether the columns of a symbolic arm are short. All arms with this symbolic arm can be asked, or none."""
+    """Return whether the columns of a symbolic arm are short."""
     return all(len(OfferedOption(column).text) <= MAX_CHARACTERS for column in _split_columns(symbolic_chain))
 
 

@@ -1,4 +1,4 @@
-"""Questions with configurations as options: which of them are singular?
+"""Questions that ask which of several configurations are singular.
 
 The arm has numeric lengths. Some of its regular configurations seem singular to students who make a known mistake.
 """
@@ -35,32 +35,32 @@ from qdot.exercises.short_questions.wrong_sets import make_wrong_sets
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 
 CLEARLY_REGULAR_RATIO = 0.12
-"""Ratio of the smallest to the largest singular value at which a configuration is visibly regular."""
+"""Minimum ratio of the smallest to the largest singular value at a configuration that is visibly regular."""
 MAX_TRIES = 40
 """Maximum number of samples of a singular configuration on each component, and of a regular configuration."""
 MAX_COMPONENT_TRIES, MAX_ARM_TRIES = 6, 4
-"""Maximum numbers of samples of a regular configuration with the values of a component, and of an arm's lengths."""
+"""Maximum numbers of samples: of a regular configuration with joint values of a component, and of an arm's lengths."""
 _SAMPLE_COUNT = 200
-"""Number of random configurations of an arm for which the median ratio of singular values is computed."""
+"""Number of random configurations at which the median ratio of singular values is computed."""
 OPTION_COUNT = 5
-"""Number of configurations offered if several of them are singular."""
+"""Number of options if several of them are singular."""
 
 ConfigurationAndBlame = tuple[ExactConfiguration, Blame | None]
-"""A configuration, and the mistake (if any) that makes it seem singular."""
+"""A configuration, and the mistake that makes it seem singular, if any."""
 
 
 def _assign_random_lengths(chain: Chain, rng: Stream) -> tuple[Chain, Lengths]:
-    """Return the arm with a random number for each symbolic length of its table, and these numbers."""
+    """Return the arm with random numbers for the symbolic lengths in its table, and these numbers."""
     lengths = sample_unequal_lengths(chain, rng)
     return substitute_in_arm(chain, lengths), lengths
 
 
 @lru_cache(maxsize=256)
 def _find_clearly_regular_ratio(chain: Chain) -> float:
-    """Return the ratio of smallest to largest singular value at which a configuration of an arm is clearly regular.
+    """Return the minimum ratio of singular values at which a configuration of an arm counts as clearly regular.
 
-    Some arms, such as a SCARA with short links, hardly ever reach CLEARLY_REGULAR_RATIO. For these arms, the median of
-    the ratio is returned.
+    Some arms, such as a SCARA with short links, hardly ever reach CLEARLY_REGULAR_RATIO. For these arms, return the
+    median of the ratio.
     """
     rng = Stream("clearness")
     q = np.array([[float(value) for value in sample_joint_values(chain, rng).values()] for _ in range(_SAMPLE_COUNT)])
@@ -69,7 +69,7 @@ def _find_clearly_regular_ratio(chain: Chain) -> float:
 
 
 def _sample_singular_configurations(chain: Chain, rng: Stream) -> Iterator[ConfigurationAndBlame]:
-    """Yield singular configurations of an arm, in rounds through all components of its singular set."""
+    """Yield singular configurations of an arm: one of each component of its singular set, then another of each, etc."""
     for _ in range(MAX_TRIES):
         for component in rng.permutation(find_singular_set(chain) or ()):
             configuration = sample_displayable_configuration(chain, (component,), rng)
@@ -82,7 +82,8 @@ def _sample_regular_configurations(
 ) -> Iterator[ConfigurationAndBlame]:
     """Yield regular configurations: first those that seem singular after a known mistake, then random ones.
 
-    If a singular candidate has a formula such as arctan(3/4), the first regular one has a similar formula.
+    If a singular configuration contains a formula such as arctan(3/4), the first regular one contains a similar
+    formula.
     """
     formula_roots = [root for configuration, _ in singular_candidates for root in configuration.formula_roots]
     for _ in range(MAX_COMPONENT_TRIES if formula_roots else 0):
@@ -102,7 +103,7 @@ def _sample_regular_configurations(
 
 
 def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Blame]]:
-    """Return the components that seem to be part of the singular set after a known mistake, each with the mistake."""
+    """Return the components that seem to belong to the singular set after a known mistake, each with this mistake."""
     correct_set = find_singular_set(chain) or ()
     return [
         (component, option.blames[0])
@@ -115,7 +116,7 @@ def _find_falsely_singular_components(chain: Chain) -> list[tuple[Component, Bla
 def _sample_falsely_singular_configuration(
     chain: Chain, component: Component, rng: Stream
 ) -> ExactConfiguration | None:
-    """Return a regular configuration with the joint values of a component, which is not part of the singular set."""
+    """Return a regular configuration with the joint values of a component that does not belong to the singular set."""
     assert component.solutions is not None
     for _ in range(MAX_COMPONENT_TRIES):
         configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
@@ -140,7 +141,7 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
 def _select_distinct(
     candidates: Iterator[ConfigurationAndBlame], count: int, excluded_candidates: Sequence[ConfigurationAndBlame] = ()
 ) -> list[ConfigurationAndBlame]:
-    """Return up to `count` candidates whose texts differ from each other and from the `excluded_candidates`."""
+    """Return up to `count` candidates with different texts, none of which is the text of an excluded candidate."""
     texts = {_write_configuration(configuration) for configuration, _ in excluded_candidates}
     distinct_candidates: list[ConfigurationAndBlame] = []
     for configuration, blame in candidates:
@@ -206,7 +207,7 @@ def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 def find_options_to_draw(chain: Chain, part: Part) -> tuple[Chain, list[dict[str, float]]] | None:
     """Return the numeric arm and the configurations to draw if the options of a part are drawings, else None.
 
-    A configuration is returned as the joint values by the names of the joint variables.
+    Each configuration maps the names of the joint variables to their values.
     """
     if not part.details.has_drawn_options:
         return None

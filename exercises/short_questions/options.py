@@ -1,4 +1,5 @@
-"""The options of a question: formulas, sets or configurations, and the mistakes that lead to the wrong options."""
+"""The options of a short question (formulas, sets or configurations), and the mistakes that lead to the wrong options.
+"""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -19,14 +20,15 @@ Formula: TypeAlias = Any
 """A SymPy matrix, a SymPy expression, or the components of a singular set."""
 
 PREFERRED_LENGTH_RATIO, MAX_LENGTH_RATIO = 1.35, 2.0
-"""Maximum ratio of the longest option's length to the shortest: the preferred limit, and the limit otherwise."""
+"""Maximum ratio of the lengths of the longest and the shortest option: the preferred limit, and the absolute limit."""
 
 SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
-"""Mistakes that are visible without a calculation, because they produce symbols or values that can't occur."""
+"""Mistakes that are visible without a calculation, because they lead to symbols or values that can't occur."""
 
 
 def is_plausible(mistake: Mistake) -> bool:
-    """Return whether options may be based on a mistake: it is not rare, and not visible without a calculation."""
+    """Return whether options may be based on a mistake, which must be neither rare nor visible without a calculation.
+    """
     return not mistake.is_rare and mistake.name not in SELF_EVIDENT_MISTAKES
 
 
@@ -34,7 +36,7 @@ def is_plausible(mistake: Mistake) -> bool:
 class Blame:
     """An instance of a known mistake, which explains a wrong option.
 
-    `mistake` is the name of the mistake. `words` are the words that describe this instance in the mistake's sentence.
+    `mistake` is the name of the mistake. `words` are the words for the placeholders in its message.
     """
 
     mistake: str
@@ -58,7 +60,7 @@ class Blame:
 
 @dataclass(frozen=True)
 class OfferedOption:
-    """One option: what the option shows, and the mistakes that lead to it (none for a correct option)."""
+    """One option: its content, and the mistakes that lead to it (none for a correct option)."""
 
     content: Formula = field(metadata=recorded_as("shown"))
     blames: tuple[Blame, ...] = field(default=(), metadata=recorded_as("behind"))
@@ -75,13 +77,13 @@ class OfferedOption:
 
     @property
     def formula(self) -> Formula:
-        """What the option shows, without the matrix brackets of a single entry."""
+        """The content without the matrix brackets of a single entry."""
         is_single_entry = isinstance(self.content, sp.MatrixBase) and self.content.shape == (1, 1)
         return self.content[0] if is_single_entry else self.content
 
     @property
     def text(self) -> str:
-        """What the option shows, as plain text in the syntax of an answer: [[1, a1]] for a matrix."""
+        """The content as plain text in the syntax of an answer, such as [[1, a1]] for a matrix."""
         if isinstance(self.content, tuple):
             return " or ".join(piece for component in self.content for piece in component.list_pieces())
         if isinstance(self.content, sp.Expr):
@@ -103,7 +105,7 @@ class ConfigurationOptions(Details):
     """Details of a question with configurations as options: the configurations, and the lengths of the arm.
 
     `blames` has for each configuration the mistake that makes the configuration seem singular, or None. The worked
-    solution mentions it; a student who chose the configuration need not have made it.
+    solution mentions this mistake, but a student may choose the configuration for another reason.
     """
 
     offered_configurations: tuple[ExactConfiguration, ...] = field(metadata=recorded_as("places"))
@@ -133,10 +135,10 @@ def find_shown_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr
 
 
 class LengthMismatch(NamedTuple):
-    """How badly the lengths of options match; smaller values are better, and earlier values matter more.
+    """How badly the lengths of options match.
 
-    `rank_error` is how far the rank of the correct option by length is from the intended rank. `ratio` is the ratio of
-    the longest option's length to the shortest.
+    Smaller values are better, and the first fields matter most. `rank_error` is the distance of the correct option's
+    rank by length from the intended rank. `ratio` is the ratio of the lengths of the longest and the shortest option.
     """
 
     differs_much: bool
@@ -168,9 +170,10 @@ def offer_choice(options: Sequence[OfferedOption], rng: Stream) -> tuple[Choice,
 
 
 def list_blames(part: Part, index: int) -> tuple[Blame, ...]:
-    """Return the mistakes that surely lead to an option of a part, by its index; none if it is correct.
+    """Return the mistakes that surely lead to an option (an index) of a part; () if the option is correct.
 
-    A formula or a set was made by its mistakes. For a configuration, only a mistake about its rank is certain.
+    These are the mistakes by which a formula or a set was generated. For a configuration, only a mistake about its rank
+    is certain.
     """
     if isinstance(part.details, Options):
         return part.details.offered_options[index].blames

@@ -16,15 +16,15 @@ from qdot.exercises.short_questions.short_question import ShortQuestion
 
 OPTION_COUNT = 5
 MAX_CHARACTERS = wrong_formulas.MAX_CHARACTERS_PER_ENTRY
-"""Maximum length of a result in characters if its equal forms are the options; each option may be twice as long."""
+"""Maximum number of characters of a result with equal forms as options. An option may be twice as long."""
 
 
 @dataclass(frozen=True)
 class Quantity:
     """A result of the derivation: the determinant, a coordinate of the position, a column or an entry of J.
 
-    `name` is "determinant", "position" or "column" (also for an entry). `row` is the row of a coordinate (0 to 2), or
-    of an entry; it is None for a whole column.
+    `name` is "determinant", "position", or "column" (of J, also for an entry). `row` is the row of a coordinate (0 to
+    2) or of an entry; it is None for a whole column.
     """
 
     name: str
@@ -134,7 +134,7 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
 def _list_equal_forms(symbolic_chain: Chain, formula: sp.Expr, quantity: Quantity | None = None) -> list[sp.Expr]:
     """Return equal forms of a formula: unchanged, with products expanded, and with sums of angles expanded, too.
 
-    A 2 x 2 determinant is also returned as products of entries. Forms that are too long are left out.
+    Another form of a 2 x 2 determinant consists of products of entries. Forms that are too long are left out.
     """
     forms = [formula, sp.expand(sp.expand_trig(formula)), sp.expand(formula)]
     if quantity is not None and quantity.name == "determinant" and symbolic_chain.n == 2:

@@ -1,4 +1,4 @@
-"""The definition of a short question. It applies to an arm if a suitable question about the arm can be sampled."""
+"""Define what a short question is. It applies to an arm if something to ask about the arm can be sampled."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,8 +16,8 @@ class ShortQuestion(Question):
     """A short question about the result that another question, `base_question`, asks for.
 
     A short question applies to an arm only if its base question does. `objection_if_sampling_fails` is the objection to
-    an arm if sampling finds nothing to ask. The objection depends only on the arm's structure (the arm with symbols for
-    all lengths and oblique angles), for which the sample is taken. If nothing can be asked about an arm's own numbers,
+    an arm if sampling finds nothing to ask. Whether there is an objection depends only on the arm's structure (the arm
+    with symbols for all lengths and oblique angles). If nothing can be asked about an arm because of its numbers,
     `generate` samples another arm.
     """
 

@@ -31,13 +31,14 @@ from qdot.exercises.short_questions.short_question import ShortQuestion
 from qdot.exercises.singularities.singular_set import find_singular_set
 
 MAX_SPEED_TRIES, MAX_STATEMENT_TRIES = 40, 30
-"""Maximum numbers of samples of a configuration with a speed, and of a statement."""
+"""Maximum numbers of samples: of a configuration with a speed, and of a statement."""
 
 MIN_SPEED = 0.05
 """Minimum speed that is asked for, in m/s."""
 
 MIN_VISIBLE_VELOCITY = 0.08
-"""Minimum velocity component (m/s for a unit joint rate) whose sign is asked for; readers can see it in a drawing."""
+"""Minimum velocity component (m/s for a unit joint rate) whose sign is asked for, so that it is visible in a
+drawing."""
 
 
 def _sample_regular_configuration(chain: Chain, rng: Stream) -> ExactConfiguration | None:
@@ -72,7 +73,7 @@ class RateDetails(ConfigurationDetails):
 
 
 def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Sample rates of all joints; the answer is the norm of the linear velocity."""
+    """Sample rates of all joints and ask for the norm of the linear velocity."""
     for _ in range(MAX_SPEED_TRIES):
         configuration = _sample_regular_configuration(chain, rng)
         if configuration is None:
@@ -117,8 +118,7 @@ VALUE_QUESTIONS = (
 class ConfigurationStatement(ConfigurationDetails):
     """A statement about a configuration.
 
-    `statement_kind` is "singular" (the configuration is singular), or "moves" (a joint moves the tool point in some
-    direction).
+    `statement_kind` is "singular" (the configuration is singular) or "moves" (a joint moves P in some direction).
     """
 
     statement_kind: str = field(metadata=recorded_as("said"))
@@ -126,10 +126,10 @@ class ConfigurationStatement(ConfigurationDetails):
 
 @dataclass(frozen=True, kw_only=True)
 class JointStatement(ConfigurationStatement):
-    """The statement that a joint gives a velocity component of the tool point a certain sign at a positive rate.
+    """The statement that a velocity component of P has a certain sign if one joint moves at a positive rate.
 
-    `joint` is the number of the joint, and `row` is the name of the component, such as "vx". `is_positive` says
-    whether the component is stated to be positive.
+    `joint` is the number of the joint, and `row` is the name of the component, such as "vx". `is_positive` says whether
+    the stated sign is positive.
     """
 
     joint: int
@@ -138,7 +138,7 @@ class JointStatement(ConfigurationStatement):
 
 
 def _ask_true_or_false(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose first whether the statement is true, then the statement."""
+    """Choose whether the statement is to be true, then sample such a statement."""
     is_true = rng.choice((True, False))
     for _ in range(MAX_STATEMENT_TRIES):
         for statement in _sample_statements(chain, is_true, rng):
@@ -160,7 +160,7 @@ def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[Con
 
 
 def _sample_joint_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
-    """Yield a statement about the sign of a velocity component due to one joint. A false one has the wrong sign."""
+    """Yield a statement about the sign of a velocity component due to one joint; a false one has the wrong sign."""
     configuration = _sample_regular_configuration(chain, rng)
     if configuration is None:
         return

@@ -1,12 +1,11 @@
-"""Generate wrong formulas for options by known mistakes. They look as plausible as the correct formula.
+"""Generate wrong formulas as options, by known mistakes, so that they look as plausible as the correct formula.
 
-Two mistakes give three wrong options: with the first mistake, with the second, and with both. Each
-mistake then occurs in two of the four options, so the correct option is not the one that is most similar to the others.
-The rank of the correct option by length is random.
-
-Formulas are derived once for the structure of an arm (the arm with symbols for all lengths and oblique angles), and
-then get the arm's numbers. Only formulas that depend on the home position are derived for the arm itself. In this
-module, `symbolic_chain` is the chain for which the formulas are derived.
+Two mistakes give three wrong options: with the first mistake, with the second, and with both. Each mistake then occurs
+in two of the four options, so the correct option is not more similar to the others than they are to each other. It is
+random whether the correct option is the longest, the shortest, or in between. Formulas are derived once for the
+structure of an arm (the arm with symbols for all lengths and oblique angles), and then get the arm's numbers. Only
+formulas that depend on the home position are derived for the arm itself. In this module, `symbolic_chain` is the chain
+for which the formulas are derived.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -43,26 +42,27 @@ from qdot.exercises.short_questions.options import Blame, OfferedOption
 from qdot.exercises.singularities.classification import make_domain
 
 SAMPLE_COUNT = 5
-"""Number of random configurations at which formulas are compared."""
+"""Number of random points at which formulas are compared."""
 MIN_RELATIVE_DIFFERENCE = 1e-6
-"""Minimum relative difference of two different answers at some configuration."""
+"""Minimum relative difference, at some point, of two answers that count as different."""
 MAX_PAIRS, MAX_WRITTEN_TRIPLES = 300, 12
-"""Maximum number of pairs of mistakes that are tried with numbers, and of triples of options that are written."""
+"""Maximum number of pairs of mistakes that are compared numerically, and of triples of options that are derived as
+formulas."""
 MAX_VARIANTS_FOR_ANY_PAIR = 8
-"""If there are more variants of mistakes, no two variants of the same mistake are combined."""
+"""Maximum number of variants of mistakes for which two variants of the same mistake may be combined."""
 SCREW_MISTAKES = frozenset(screws.VARIANTS)
-"""The names of the mistakes that concern screws. A wrong order or a wrong sign of the entries is not among them."""
+"""The names of the mistakes about screws. Mistakes in the order or the signs of entries are not among them."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
 """SymPy's results of operations that are undefined, such as a division by zero."""
 MAX_CHARACTERS_PER_ENTRY, MIN_CHARACTER_LIMIT = 110, 260
-"""The limit for the characters of an option: a number for each of up to four entries, but at least the minimum."""
+"""The maximum length of an option: a number of characters for each of up to four entries, but at least the minimum."""
 MAX_JOINTS_FOR_MINORS = 4
 """Maximum number of joints for which determinants are derived as formulas, which takes minutes for more joints."""
 
 
 @dataclass(frozen=True)
 class OptionSubject:
-    """The result that the options claim to be: the answer to the base question, or a column or an entry of it."""
+    """The result that the options claim to show: the answer to the base question, or its column or entry."""
 
     base_question: str = field(metadata=recorded_as("base"))
     column: int | None = None
@@ -70,7 +70,7 @@ class OptionSubject:
 
     @property
     def depends_on_home_position(self) -> bool:
-        """Whether the result depends on the arm's home position, which the arm's structure does not determine."""
+        """Whether the result depends on the arm's home configuration, which the arm's structure does not determine."""
         return QUESTIONS[self.base_question].required_feature == SCREWS
 
     @property
@@ -79,14 +79,15 @@ class OptionSubject:
         return "inverse" in self.base_question
 
     def extract_from(self, whole_answer: np.ndarray) -> np.ndarray:
-        """Return the part of a whole answer, (rows, columns, …), that the options show."""
+        """Return the rows and columns of a whole answer, (rows, columns, …), that the options show."""
         rows = slice(None) if self.row is None else slice(self.row, self.row + 1)
         return whole_answer[rows, slice(None) if self.column is None else slice(self.column, self.column + 1)]
 
 
 @dataclass(frozen=True)
 class _Variant:
-    """A variant of a mistake: the blame on it, the numeric values that it gives, and its changes of stages."""
+    """A variant of a mistake: the mistake with its words, the numeric answer that it gives, and its changes of stages.
+    """
 
     blame: Blame
     values: np.ndarray
@@ -94,12 +95,13 @@ class _Variant:
 
 
 VariantIndices = tuple[int, ...]
-"""The indices, in the result of `_find_variants`, of the variants of mistakes in one option; empty if it is correct."""
+"""The indices, in the result of `_find_variants`, of the variants of mistakes in one option; () for the correct
+option."""
 
 
 @lru_cache(maxsize=512)
 def ask_base_question(symbolic_chain: Chain, question: str) -> Part:
-    """Return the part that asks a question, whose answer does not depend on random numbers."""
+    """Return the part that asks a question with an answer that does not depend on random numbers."""
     answer, details = QUESTIONS[question].ask(symbolic_chain, Stream("quiz"))
     return Part(question, question, answer, details=details)
 
@@ -122,13 +124,14 @@ def _evaluate_correct_answer(symbolic_chain: Chain, subject: OptionSubject) -> t
 
 
 def _compute_subject(stages: StageResults, subject: OptionSubject) -> np.ndarray:
-    """Return what the options show, (rows, columns, …), as it follows from the stages of a derivation."""
+    """Return the result that the options show, (rows, columns, …), from the stages of a derivation."""
     return subject.extract_from(compute_answer(stages, ask_base_question(stages.chain, subject.base_question)))
 
 
 @lru_cache(maxsize=512)
 def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Variant, ...]:
-    """Return the variants of mistakes that change the subject of the options: one for each different result."""
+    """Return the variants of mistakes that change the result that options show, only one variant for each wrong result.
+    """
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     variants: list[_Variant] = []
     for prediction in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base_question)):
@@ -142,14 +145,14 @@ def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Vari
 
 
 def _is_new_answer(values: np.ndarray, known_answers: Sequence[np.ndarray]) -> bool:
-    """Return whether an answer is finite, has the shape of the known answers, and differs from each of them."""
+    """Return whether an answer is finite, has the same shape as the known answers, and differs from all of them."""
     if values.shape != known_answers[0].shape or not np.isfinite(values).all():
         return False
     return all(have_different_values(values, known_values) for known_values in known_answers)
 
 
 def have_different_values(a: np.ndarray, b: np.ndarray) -> bool:
-    """Return whether two answers have clearly different values at some configuration."""
+    """Return whether two answers have clearly different values at some point."""
     return bool(np.abs(a - b).max() > MIN_RELATIVE_DIFFERENCE * max(np.abs(a).max(), np.abs(b).max(), 1e-12))
 
 
@@ -173,13 +176,13 @@ def derive_simplified_formulas(symbolic_chain: Chain) -> StageResults:
 
 
 def _simplify_matrices(_: StageResults, matrices: list[np.ndarray]) -> list[np.ndarray]:
-    simplify = np.frompyfunc(write_in_textbook_form, 1, 1)  # also cos(pi*theta1/180), a mistake
+    simplify = np.frompyfunc(write_in_textbook_form, 1, 1)  # it also accepts cos(pi*theta1/180), a mistake
     return [np.asarray(simplify(matrix)) for matrix in matrices]
 
 
 @lru_cache(maxsize=20_000)
 def _write_answer(symbolic_chain: Chain, subject: OptionSubject, variants: VariantIndices) -> sp.Matrix | None:
-    """Return the answer with these variants of mistakes, or None if it can't be written briefly."""
+    """Return the answer with these variants of mistakes as formulas, or None if it is too long."""
     if not _has_short_answer(symbolic_chain, subject):
         return None
     derive_stages = compute_symbolic_stages if subject.depends_on_home_position else derive_simplified_formulas
@@ -194,7 +197,7 @@ def _write_answer(symbolic_chain: Chain, subject: OptionSubject, variants: Varia
     except (ValueError, BasePolynomialError):  # not a trigonometric polynomial
         return None
     if not subject.has_denominator and any(sp.fraction(entry)[1].free_symbols for entry in simplified_entries):
-        return None  # a student would not divide if the correct answer does not
+        return None  # a student would not expect a quotient here
     return simplified_entries if _is_short_enough(simplified_entries) else None
 
 
@@ -204,7 +207,7 @@ def _is_short_enough(option: sp.Matrix) -> bool:
 
 @lru_cache(maxsize=2048)
 def _has_short_answer(symbolic_chain: Chain, subject: OptionSubject) -> bool:
-    """Return whether the correct answer is short. This takes less time than deriving the formulas would."""
+    """Return whether the correct answer is short; this is faster than deriving wrong formulas."""
     if symbolic_chain.n > MAX_JOINTS_FOR_MINORS and QUESTIONS[subject.base_question].is_made_of_minors:
         return False
     answer = ask_base_question(symbolic_chain, subject.base_question).answer.as_matrix()
@@ -238,7 +241,7 @@ def tidy_entry(entry: sp.Expr) -> sp.Expr:
 
 
 def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list[OfferedOption] | None:
-    """Return the correct option and three wrong options, or None if there are not three of similar length."""
+    """Return the correct option and three wrong options of similar length, or None if there are no such options."""
     symbolic_chain = chain if subject.depends_on_home_position else make_symbolic_arm(chain).chain
     if _write_answer(symbolic_chain, subject, ()) is None:
         return None
@@ -263,7 +266,7 @@ def make_four_options(chain: Chain, subject: OptionSubject, rng: Stream) -> list
 
 @lru_cache(maxsize=20_000)
 def _measure_length(symbolic_chain: Chain, subject: OptionSubject, variants: VariantIndices) -> int:
-    """Return the number of characters of an option, or 0 if it can't be written briefly."""
+    """Return the number of characters of an option, or 0 if it is too long."""
     answer = _write_answer(symbolic_chain, subject, variants)
     return 0 if answer is None else len(str(answer.tolist()))
 
@@ -273,7 +276,8 @@ def _make_wrong_triples(
 ) -> Iterator[tuple[VariantIndices, ...]]:
     """Yield triples of wrong options, each given by its variants of mistakes.
 
-    The first triples have a mistake, another mistake, and both mistakes. The later triples have three single mistakes.
+    The first triples consist of a mistake, another mistake, and both mistakes together. The later triples consist of
+    three single mistakes.
     """
     variants = _find_variants(symbolic_chain, subject)
     pairs = rng.permutation(list(combinations(range(len(variants)), 2)))
@@ -288,18 +292,18 @@ def _make_wrong_triples(
 
 
 def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
-    """Return whether formulas are different functions for an arm, whose numeric lengths may make them equal."""
+    """Return whether formulas are different functions for an arm, because its numeric lengths may make them equal."""
     programs = compile_program([parse_formula(str(entry)) for formula in formulas for entry in formula])
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
     samples = Domain(make_domain(chain).roles).sample(names, count, Stream("quiz"))
-    outcomes = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # constants need values, too
+    outcomes = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # at least one symbol
     values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 
 
 def find_wrong_forms(symbolic_chain: Chain, subject: OptionSubject) -> list[tuple[sp.Expr, Blame]]:
-    """Return the wrong forms of an entry that single mistakes give, each with its mistake."""
+    """Return the wrong formulas for an entry that single mistakes give, each with its mistake."""
     return [
         (answer[0], variant.blame)
         for index, variant in enumerate(_find_variants(symbolic_chain, subject))

@@ -1,4 +1,4 @@
-"""Generate wrong sets of singular configurations as options: by a mistake, by another mistake, and by both mistakes."""
+"""Generate wrong sets of singular configurations as options: by one mistake, by another one, and by both mistakes."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -21,13 +21,13 @@ from qdot.exercises.singularities.singular_set import Component
 ComponentSet = tuple[Component, ...]
 
 MAX_SETS_OF_FOUR = 60
-"""Maximum number of sets of four options that are compared."""
+"""Maximum number of groups of four options that are compared."""
 MAX_PIECES = 6
-"""Maximum number of pieces of a set in a short question."""
+"""Maximum number of pieces of a set that is offered as an option."""
 
 
 def make_four_sets(chain: Chain, correct_set: ComponentSet, rng: Stream) -> list[OfferedOption] | None:
-    """Return a set of configurations and three wrong sets as options, or None if known mistakes don't lead to three."""
+    """Return the correct set and three wrong sets as options, or None if known mistakes don't lead to three sets."""
     intended_rank = rng.integer_below(4)
     candidates: list[tuple[options.LengthMismatch, list[OfferedOption]]] = []
     for four_options in islice(_make_sets_of_four(chain, correct_set, rng), MAX_SETS_OF_FOUR):
@@ -48,12 +48,15 @@ def _find_length_mismatch(four_options: list[OfferedOption], intended_rank: int)
     texts = [option.text for option in four_options]
     correct_count, *wrong_counts = (text.count(" or ") for text in texts)
     if len(set(texts)) < 4 or max(correct_count, *wrong_counts) >= MAX_PIECES or correct_count not in wrong_counts:
-        return None  # the only set with its number of pieces would stand out
+        return None  # a correct set with another number of pieces than all wrong sets would stand out
     return options.find_length_mismatch(list(map(len, texts)), intended_rank, tolerance=2)
 
 
 def _make_sets_of_four(chain: Chain, correct_set: ComponentSet, rng: Stream) -> Iterator[list[OfferedOption]]:
-    """Yield four options with the sets that two mistakes give, alone and together; then with any three mistakes."""
+    """Yield groups of four options: the correct set, and those that two mistakes give, alone and together.
+
+    Later groups have the sets that any three mistakes give.
+    """
     wrong_sets = make_wrong_sets(chain, correct_set)
     for first_set, second_set in rng.permutation(list(combinations(wrong_sets, 2))):
         for set_with_both in make_wrong_sets(chain, first_set.content):
@@ -66,7 +69,7 @@ def _make_sets_of_four(chain: Chain, correct_set: ComponentSet, rng: Stream) -> 
 
 @lru_cache(maxsize=4096)
 def make_wrong_sets(chain: Chain, components: ComponentSet) -> tuple[OfferedOption, ...]:
-    """Return the wrong sets that known mistakes give instead of `components`, each with its mistake."""
+    """Return the wrong sets that known mistakes give instead of the set of `components`, each with its mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
     return tuple(
         OfferedOption(variant.answer.components, (Blame.from_mistake(mistake, variant.words.items()),))

@@ -1,9 +1,9 @@
 """Describe what singular configurations look like, such as "arm stretched out", by testing statements at samples.
 
-A statement is reported only if it is the reason for the singularity (`reason`): it holds at no regular configuration.
-If no statement is the reason, the description names joints whose columns of J are dependent, and says what stays at
-rest while these joints move; if no such description is informative, it says that there is no simple meaning. In
-statements, "the point" is the point of interest.
+A statement is reported only if it is the reason for the singularity (`reason`), that is, if it holds at no regular
+configuration. If there is no such statement, the description names joints with dependent columns of J, and says what
+stays at rest while these joints move. If this would not be informative, the description says that there is no simple
+meaning. In statements, "the point" is the point of interest.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -39,11 +39,11 @@ from qdot.exercises.singularities.reason import is_reason
 ZERO_TOLERANCE, NONZERO_THRESHOLD = 1e-5, 1e-3
 """Tolerances (m, or a sine): below the first, a measure counts as zero; above the second, it is clearly nonzero."""
 _DIFFERENCE_STEP = 1e-3
-"""Step of a joint variable (rad or m) for derivatives of the distance of the point from an axis."""
+"""Step of a joint variable (rad or m) for numeric derivatives of the distance of the point from an axis."""
 _MIN_CURVATURE = 1e-3
-"""If the second derivative of this distance is smaller (in m), it does not show whether the distance is extreme."""
+"""Minimum second derivative (m) that shows whether this distance is a maximum or a minimum."""
 _CURVE_POINT_COUNT = 180
-"""Number of angles of a joint at which this distance is compared with the distance at a sample."""
+"""Number of angles of a joint at which this distance is compared with that at a sample."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class Statement:
     predicate: Callable[[Sample], bool] = lambda _: True
 
     def with_origin_as_point(self, frame: int, origin_name: str) -> "Statement":
-        """Return the same statement about the origin of a frame instead of the point of interest."""
+        """Return the same statement about the origin of a frame instead of the point."""
         return Statement(
             self.words.replace("the point", origin_name),
             lambda arm, q: self.measure(arm.with_point(frame), q),
@@ -66,7 +66,7 @@ class Statement:
         )
 
     def combine(self, other: "Statement") -> "Statement":
-        """Return the statement that both this statement and another one hold."""
+        """Return the statement that this statement and another one hold."""
         return Statement(
             f"{self.words}, and {other.words}",
             lambda arm, q: np.hypot(self.measure(arm, q), other.measure(arm, q)),
@@ -75,7 +75,7 @@ class Statement:
 
 
 Finder = Callable[[Chain, Sequence[Sample]], Iterator[Statement]]
-"""A function that yields those statements of one kind that hold at all samples, but not at configurations near them."""
+"""A function that yields the statements of one kind that hold at all samples, but not at configurations near them."""
 
 
 def find_wrist_centre(chain: Chain) -> int | None:
@@ -95,7 +95,7 @@ def describe_appearance(chain: Chain, samples: Sequence[Sample]) -> str:
 
 
 def find_reason(chain: Chain, samples: Sequence[Sample]) -> Statement | None:
-    """Return a statement, or a combination of two, that is the reason why all samples are singular; None if none is."""
+    """Return a statement, or a combination of two, that is the reason why all samples are singular, or None."""
     if not samples:
         return None
     candidates: list[Statement] = []
@@ -127,9 +127,9 @@ def find_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[Stateme
 def _find_origin_statements(
     chain: Chain, samples: Sequence[Sample], frame: int, origin_name: str, finder: Finder
 ) -> Iterator[Statement]:
-    """Yield the statements that a finder yields about the axes and the point, with the origin of a frame as the point.
+    """Yield the statements of a finder, with the origin of a frame instead of the point.
 
-    The origin is called `origin_name` in the statements.
+    The statements call the origin `origin_name`.
     """
     moved_samples = [Sample(sample.arm.with_point(frame), sample.q) for sample in samples]
     for statement in finder(replace(chain, tool=Point(frame)), moved_samples):
@@ -163,8 +163,8 @@ def _find_point_statements(chain: Chain, samples: Sequence[Sample]) -> Iterator[
 def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
     """Describe the smallest set of joints that can move together without any motion in the task's rows.
 
-    A set of all joints is not reported, because such a motion of all joints exists at every singular configuration.
-    If there are more joints than rows, such a set exists in every configuration.
+    The set of all joints is not reported, because all joints together can move in this way at every singular
+    configuration. An arm with more joints than rows has such a set at every configuration, so none is reported.
     """
     rows = chain.task_rows
     if samples and chain.n <= len(rows):
@@ -182,7 +182,7 @@ def describe_dependence(chain: Chain, samples: Sequence[Sample]) -> str:
 
 
 def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence[int]) -> bool:
-    """Return whether columns, restricted to some rows, are linearly dependent in each of k Jacobians (k, 6, n)."""
+    """Return whether columns, restricted to some rows, are linearly dependent in each of k Jacobians (k x 6 x n)."""
     sigma = np.linalg.svd(jacobians[:, list(rows)][:, :, list(columns)], compute_uv=False)
     return bool(np.all(sigma[:, -1] < ZERO_TOLERANCE * np.maximum(sigma[:, 0], NONZERO_THRESHOLD)))
 
@@ -190,7 +190,7 @@ def _are_dependent(jacobians: np.ndarray, rows: Sequence[int], columns: Sequence
 def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> str:
     """Describe what stays at rest while some joints move without any effect on the task's rows.
 
-    `jacobians` (k, 6, joints) are the columns of these joints in the Jacobians at k configurations.
+    `jacobians` (k x 6 x joints) are the columns of these joints in the Jacobians at k configurations.
     """
     _, _, v_transposed = np.linalg.svd(jacobians[:, list(rows)])
     speeds = np.abs(np.einsum("kij,kj->ki", jacobians, v_transposed[:, -1]))
@@ -216,7 +216,7 @@ def _join_names(names: Sequence[str]) -> str:
 def _find_in_groups(
     samples: Sequence[Sample], groups: Iterable[Sequence[int]], words: str, measure: Callable[..., np.ndarray]
 ) -> Iterator[Statement]:
-    """Yield for each group of joints the statement with the joints' numbers in `words`, if it holds only at samples.
+    """Yield for each group of joints the statement `words` with the joints' numbers, if it holds only at the samples.
 
     `measure` is a measure with an additional argument `joints`.
     """
@@ -227,7 +227,7 @@ def _find_in_groups(
 
 
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Find axes on which the point lies: all of them together, then each axis alone."""
+    """Find the axes on which the point lies: all axes together, then each axis alone."""
     revolute_joints = [i for i in chain.revolute_joints if i < chain.point.frame]
     measures = {i: partial(measure_axis_distance, joint=i) for i in revolute_joints}
     axes_with_point = [i for i, measure in measures.items() if [*_yield_if_special(samples, "", measure)]]
@@ -251,7 +251,7 @@ def _find_collinear_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 def _find_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find parallel axes: pairs if the task has only angular rows, else all axes that are parallel to each other.
 
-    The columns of these joints alone must be dependent; otherwise the parallel axes cannot be the reason.
+    The columns of these joints must be dependent; otherwise parallel axes cannot be the reason.
     """
     rows, jacobians = chain.task_rows, compute_jacobians(samples)
     for i, j in sorted(combinations(chain.revolute_joints, 2), key=lambda pair: pair[1] - pair[0]):
@@ -270,7 +270,7 @@ def _find_axes_parallel_to_plane(chain: Chain, samples: Sequence[Sample]) -> Ite
 
 
 def _find_coplanar_parallel_axes(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Find three axes that lie in one plane and are parallel to each other also near the samples."""
+    """Find three axes that lie in one plane, and that are parallel to each other at the samples and near them."""
     groups = samples, move_samples(samples)
     triples = (
         triple
@@ -318,7 +318,7 @@ def _find_origin_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 
 
 def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Find the origin of a frame in the wrist that is as far from or as near to an axis as it can be.
+    """Find the origin of a frame in the wrist that is as far from an axis, or as near to it, as it can be.
 
     An example is the intersection of the last two axes of a UR robot. The first three joints are no wrist.
     """
@@ -337,7 +337,7 @@ def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[
 
 
 def _find_extreme_reach(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
-    """Find an axis whose distance from the point is at a maximum or minimum with respect to later joints."""
+    """Find an axis whose distance from the point is a maximum or a minimum with respect to later joints."""
     for axis in chain.revolute_joints:
         later_joints = range(axis + 1, chain.point.frame)
         signs_by_joint = {joint: _find_common_extreme_signs(samples, axis, joint) for joint in later_joints}
@@ -384,10 +384,10 @@ def _make_extension_statement(samples: Sequence[Sample], axis: int, moving_joint
 
 
 def _find_extension_sign(sample: Sample, axis: int, moving_joints: Sequence[int]) -> int:
-    """Return 1 if an arm whose moving joints are all at an extreme is stretched out, else -1.
+    """Return 1 if an arm with all moving joints at an extreme is stretched out, else -1.
 
-    The arm is stretched out if no half turns of moving joints reach farther. In a zigzag arm, for example, each joint
-    alone has the point at its farthest, but two joints together can reach farther.
+    The arm is stretched out if half turns of moving joints do not increase the distance. In a zigzag arm, for example,
+    no joint alone can increase the distance, but two joints together can.
     """
     half_turns = np.zeros((2 ** len(moving_joints), len(sample.q)))
     half_turns[:, list(moving_joints)] = np.pi * np.array(list(product((0, 1), repeat=len(moving_joints))))
@@ -398,7 +398,7 @@ def _find_extension_sign(sample: Sample, axis: int, moving_joints: Sequence[int]
 def _make_extreme_statement(words: str, axis: int, moving_joints: Sequence[int], signs: set[int]) -> Statement:
     """Return the statement that all moving joints have brought the point to an extreme distance from an axis.
 
-    `signs` are the allowed signs of the extremes: 1 is farthest, -1 is nearest.
+    `signs` are the allowed signs of the extremes: 1 for a maximum, -1 for a minimum.
     """
 
     def is_true(sample: Sample) -> bool:
@@ -422,9 +422,9 @@ def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -
 
 
 def _find_common_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> set[int]:
-    """Return the signs of the extreme distances that a joint reaches at the samples: 1 is farthest, -1 is nearest.
+    """Return the signs of the extreme distances that a joint reaches at the samples: 1 for a maximum, -1 for a minimum.
 
-    Return {0} if a sample's distance is not extreme, or if half of the samples or more are inconclusive.
+    Return {0} if the distance at a sample is not extreme, or if half of the samples or more are inconclusive.
     """
     signs = _find_extreme_signs(samples, axis, moving_joint)
     if 0 in signs or 2 * signs.count(None) >= len(signs):
@@ -435,9 +435,9 @@ def _find_common_extreme_signs(samples: Sequence[Sample], axis: int, moving_join
 def _find_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int | None]:
     """Return for each sample 1 if the point's distance from an axis is a local maximum, -1 if a local minimum, else 0.
 
-    The distance is a function of the joint `moving_joint`; its derivatives are computed from its values d0 to d4 at
-    five successive joint variables. The result is None if that joint hardly changes the distance, for example if the
-    point lies on the axis of that joint.
+    The distance is a function of the joint `moving_joint`. Its derivatives are computed from the distances d0 to d4 at
+    five equally spaced joint values. The result is None if the joint hardly changes the distance, for example if the
+    point lies on the joint's axis.
     """
     arms, q = stack_samples(samples)
     q = np.tile(q, (1, 5, 1))
@@ -453,8 +453,8 @@ def _find_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int)
 def _find_global_extreme_signs(samples: Sequence[Sample], axis: int, moving_joint: int) -> list[int]:
     """Return for each sample 1 if the point's distance from an axis is a global maximum, -1 if a minimum, else 0.
 
-    The squared distance is a constant plus sines and cosines of a revolute joint's angle and of twice that angle, so
-    five values determine it. If the two axes are not parallel, the distance may have two maxima.
+    The squared distance is a constant plus sines and cosines of a revolute joint's angle and of twice the angle, so
+    five values determine it. The distance may have two maxima if the two axes are not parallel.
     """
     angles = 2 * np.pi / 5 * np.arange(5)
     arms, q = stack_samples(samples)

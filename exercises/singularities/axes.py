@@ -1,7 +1,8 @@
 """Measure how joint axes and the point of interest P are arranged at a configuration: distances, angles, lines, planes.
 
-A *measure* is zero if a relation holds exactly, such as P on an axis, or two collinear axes. A relation that holds at
-every configuration can't explain a singular one, so measures are also evaluated near the singular configuration.
+A *measure* is zero if a relation holds exactly, for example if P is on an axis, or if two axes are collinear. A
+relation that holds at every configuration can't explain a singular one. So measures are also evaluated near a singular
+configuration.
 """
 
 from collections.abc import Callable, Sequence
@@ -15,14 +16,14 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.arm.vectors import cross, dot, norms, remove_component
 
 Measure = Callable[[NumericChain, np.ndarray], np.ndarray]
-"""A function that returns for each configuration (…, n) of an arm how far the arm is from satisfying a relation.
+"""A function that returns for each configuration (… x n) of an arm how far the arm is from satisfying a relation.
 
-The result (…) is zero if the relation holds, else positive. If the arm combines k arms (`NumericChain.stack`), the
+The result is zero if the relation holds, else positive. If the arm combines k arms (`NumericChain.stack`), the
 configurations are k x m x n.
 """
 
 _ZERO_TOLERANCE = 1e-6
-"""A sine, or a distance (m), below this limit counts as zero."""
+"""A sine, or a distance (m), counts as zero below this limit."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,7 @@ def measure_distance_change(arm: NumericChain, q: np.ndarray, joint: int, moving
 
 
 def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int]) -> np.ndarray:
-    """Return the area that the directions of two axes span, or the volume that those of three span, from 0 to 1."""
+    """Return the area that the unit vectors along two axes span, or the volume that those along three axes span."""
     frames = arm.compute_frames(q)
     first_direction, second_direction, *third_direction = (frames[..., joint, :3, 2] for joint in joints)
     normal = cross(first_direction, second_direction)
@@ -113,7 +114,7 @@ def measure_axis_spread(arm: NumericChain, q: np.ndarray, joints: Sequence[int])
 
 
 def measure_collinearity(arm: NumericChain, q: np.ndarray, joints: tuple[int, int]) -> np.ndarray:
-    """Return how far two axes i, j are from collinear: the sine of their angle plus the distance of O_j from axis i."""
+    """Return the sine of the angle between axes i and j plus the distance (m) of O_j from axis i."""
     frames, (i, j) = arm.compute_frames(q), joints
     axis, offset = frames[..., i, :3, 2], frames[..., j, :3, 3] - frames[..., i, :3, 3]
     return norms(cross(axis, frames[..., j, :3, 2])) + norms(cross(axis, offset))
@@ -122,7 +123,7 @@ def measure_collinearity(arm: NumericChain, q: np.ndarray, joints: tuple[int, in
 def measure_coplanarity(
     arm: NumericChain, q: np.ndarray, joints: Sequence[int], includes_point: bool = False
 ) -> np.ndarray:
-    """Return how far parallel axes are from coplanar; `includes_point` requires that P is in their plane, too.
+    """Return how far parallel axes (and P, if `includes_point`) are from being coplanar.
 
     Each pair of vectors from the first axis to other axes spans an area in a plane at right angles to the axes. The
     result is the root of the sum of the squared areas.
@@ -149,7 +150,7 @@ def are_parallel(samples: Sequence[Sample], i: int, j: int) -> bool:
 def measure_prismatic_slant(
     arm: NumericChain, q: np.ndarray, prismatic_joint: int, i: int, j: int, is_perpendicular: bool
 ) -> np.ndarray:
-    """Return the sine of the angle between a prismatic joint and the shortest line from axis i to the parallel axis j.
+    """Return the sine of the angle between a prismatic joint and the shortest line from axis i to a parallel axis j.
 
     If `is_perpendicular`, return the cosine instead; it is zero if the joint is perpendicular to the line. Return 1 if
     the two axes coincide.

@@ -1,7 +1,7 @@
-"""Classify singular configurations: boundary or internal, all of one kind or not, and what they look like.
+"""Classify singular configurations: whether they are boundary or internal singularities, and what they look like.
 
 A component of the singular set (`singular_set`) is classified by samples of its configurations. Arms that differ only
-in what does not matter for singularities share a normalized arm (`normalized_arm`), and so share its classification.
+in properties without influence on singularities share a normalized arm (`normalized_arm`) and its classification.
 """
 
 import math
@@ -31,9 +31,9 @@ from qdot.exercises.singularities.singularity_kinds import are_one_sided, can_es
 _SAMPLE_COUNT = 60
 """Approximate number of samples of a component; fewer samples might all miss an exceptional configuration."""
 _KIND_STRIDE = 2
-"""The kind is tested at every second sample only, because this test takes long."""
+"""The kind is computed at every second sample only, because this takes long."""
 _EXTRA_LENGTH_SAMPLES = 60
-"""Number of further choices of symbolic lengths that are tested before a kind is reported for all lengths."""
+"""Number of further sets of lengths for which the kind is computed before it is reported for all lengths."""
 _ARMS_PER_LENGTH = 5
 """Number of arms that are sampled per symbolic length."""
 _MIN_LENGTH_COUNT = 3
@@ -43,15 +43,15 @@ _MAX_VALUE_COMBINATIONS = 4
 """Maximum number of combinations of joint values that are classified separately."""
 
 _ARM_KEY = "number of the arm"
-"""The name of an additional variable: the number of the arm to which a sampled configuration belongs."""
+"""The name of an additional variable for the number of the arm to which a sampled configuration belongs."""
 
 
 @dataclass(frozen=True)
 class Classification:
     """The classification of a set of singular configurations.
 
-    - `kind`: "boundary" or "internal"; empty if the kind can't be established (`can_establish_kind`) or if no
-      configuration was found. An empty kind is not reported.
+    - `kind`: "boundary" or "internal"; "" if the kind can't be established (`can_establish_kind`) or if no
+      configuration was found. Then it is not reported.
     - `is_uniform`: whether all configurations are of that kind; if not, some are boundary and some are internal.
     - `meaning`: what the configurations look like, in words.
     """
@@ -66,8 +66,8 @@ def make_domain(
 ) -> Domain:
     """Return the ranges from which the symbols of an arm are sampled: joints, rates, task velocity and lengths.
 
-    `values` replaces the ranges of some symbols by values. `prismatic_role` is the range of prismatic joints: "signed"
-    for comparing answers, or "travel" with limits as in a real arm.
+    `values` has fixed values for some symbols. `prismatic_role` is the range of prismatic joints: "signed" to compare
+    answers, or "travel" with limits as in a real arm.
     """
     roles: dict[str, str | float | np.ndarray] = {}
     for joint, q, rate in zip(chain.joints, chain.q, chain.rates, strict=True):
@@ -79,13 +79,13 @@ def make_domain(
     return Domain({**roles, **(values or {})})
 
 
-@lru_cache(maxsize=64)  # a component is examined as a whole first, and then again for each value of a joint
+@lru_cache(maxsize=64)  # a component is first classified as a whole, and then for each value of a joint
 def sample_condition(
     chain: Chain, condition: str, seed: str, arm_count: int = 5, samples_per_arm: int = 3
 ) -> tuple[Sample, ...]:
-    """Return configurations at which a condition (text) holds, for several choices of the symbolic lengths.
+    """Return configurations at which a condition (text) holds, for several sets of values of the symbolic lengths.
 
-    The choices and configurations depend on `seed` only.
+    The lengths and configurations are determined by `seed`.
     """
     samples_by_arm: list[list[Sample]] = [[] for _ in range(arm_count)]
     # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
@@ -102,7 +102,10 @@ def sample_condition(
 
 
 def _sample_distinct_lengths(chain: Chain, stream: Stream) -> dict[str, float]:
-    """Return random symbolic lengths (m), none close to another length, because equal lengths are a special case."""
+    """Return random values of the symbolic lengths (m).
+
+    No length is close to another, because equal lengths are special.
+    """
     fixed_lengths = [joint.a for joint in chain.joints] + [j.d for j in chain.joints if j.is_revolute]
     used_lengths = [abs(float(length)) for length in fixed_lengths if length.is_number]
     values = {}
@@ -141,9 +144,9 @@ def _sample_piece(
 def classify(chain: Chain, component: Component) -> Classification:
     """Classify a component of an arm's singular set by samples of its configurations and of the symbolic lengths.
 
-    If some configurations are boundary and some internal, `kind` is "boundary" and `is_uniform` is False. The component
-    is first classified for an arm with symbols for all lengths, once for all lengths. If the result depends on the
-    lengths, the component is classified for the normalized arm, once for all arms that share this arm.
+    If some configurations are boundary singularities and others internal ones, `kind` is "boundary" and `is_uniform` is
+    False. First, the component is classified for an arm with symbols for all lengths. If the result depends on the
+    lengths, the component is classified for the normalized arm. Both results are cached.
     """
     arm, conditions = normalize_arm(chain), tuple(normalize_conditions(chain, component))
     symbolic_arm, symbolic_conditions = generalize_conditions(chain)
@@ -161,8 +164,8 @@ def classify(chain: Chain, component: Component) -> Classification:
 def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     """Return the normalized arm with symbols for all lengths, and its conditions for singular configurations.
 
-    The keys of the mapping are the arm's own conditions (text), and the values are the same conditions for the
-    normalized arm. The mapping is empty if lengths of the arm are related, for example equal.
+    The mapping has a condition of the arm (text) as each key, and the same condition of the returned arm as the value.
+    It is empty if lengths of the arm are related, for example equal.
     """
     symbolic_arm, lengths = replace_lengths_by_symbols(chain)
     normalized_symbolic_arm = normalize_arm(symbolic_arm)
@@ -185,7 +188,7 @@ def _substitute_lengths(component: Component, lengths: Mapping[sp.Symbol, sp.Exp
 
 @lru_cache(maxsize=4096)
 def _classify_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Classification | None:
-    """Return the classification of conditions for all lengths; None if a condition has several descriptions."""
+    """Return the classification of conditions for all lengths; None if a condition has several meanings."""
     result = classify_conditions(chain, conditions)
     if len(conditions) > 1:
         return result if all(_classify_for_all_lengths(chain, (condition,)) for condition in conditions) else None
@@ -193,9 +196,9 @@ def _classify_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Clas
 
 
 def split_by_value(component: Component, classification: Classification) -> list[tuple[ValueCombination, Component]]:
-    """Split a component by its combinations of joint values; return an empty list unless the parts may differ.
+    """Split a component by its combinations of joint values; return [] if all parts have the same classification.
 
-    Parts may differ in their kind or in what their configurations look like; `kind` is the component's classification.
+    Parts may differ in their kind or in what their configurations look like.
     """
     combinations = component.list_value_combinations()
     may_differ = " or " in classification.meaning or (classification.kind and not classification.is_uniform)
@@ -206,14 +209,14 @@ def split_by_value(component: Component, classification: Classification) -> list
 
 @lru_cache(maxsize=4096)
 def classify_conditions(chain: Chain, conditions: tuple[str, ...]) -> Classification:
-    """Classify the union of conditions (text), as `classify` does for a component."""
+    """Classify the configurations at which any of several conditions (text) holds."""
     meaning = describe_appearance(chain, sample_representatives(chain, conditions))
     return Classification(*_establish_kind(chain, conditions), meaning)
 
 
 @lru_cache(maxsize=4096)
 def _establish_kind(chain: Chain, conditions: tuple[str, ...]) -> tuple[str, bool]:
-    """Return `kind` and `is_uniform` of the classification of the union of conditions."""
+    """Return `kind` and `is_uniform` of the classification of conditions."""
     kinds = set[str]()
     if can_establish_kind(chain):
         kinds.update(classify_samples(chain, sample_representatives(chain, conditions)[::_KIND_STRIDE]))
@@ -227,15 +230,15 @@ def _establish_kind(chain: Chain, conditions: tuple[str, ...]) -> tuple[str, boo
 def is_one_sided(chain: Chain, condition: sp.Expr | None, values: tuple[tuple[sp.Symbol, sp.Expr], ...]) -> bool:
     """Return whether each configuration at a condition, or at joint values, loses one direction and is one-sided.
 
-    At a one-sided configuration, the arm can move to one side of the lost direction only, to second order.
+    A one-sided configuration allows motions to one side of the lost direction only, to second order.
     """
     text = f"{condition} = 0" if condition is not None else " and ".join(f"{q} = {value}" for q, value in values)
     return are_one_sided(chain, sample_condition(chain, text, "sides"))
 
 
 def sample_representatives(chain: Chain, conditions: Sequence[str]) -> list[Sample]:
-    """Return configurations on conditions (text), enough of them that what holds at all of them holds in general."""
-    # what configurations look like, and their kind, may depend on which symbolic length is larger
+    """Return enough configurations at conditions (text) to generalize from them."""
+    # the kind and the meaning may depend on which symbolic length is larger
     length_count = max(_MIN_LENGTH_COUNT, len(chain.parameters)) if chain.parameters else 1
     arm_count = _ARMS_PER_LENGTH * length_count
     samples_per_arm = math.ceil(_SAMPLE_COUNT / (arm_count * len(conditions)))

@@ -1,4 +1,5 @@
-"""Rate how hard an arm is to work through by hand, by a number (the difficulty), and by a band from 0 (easy) to 4."""
+"""Rate how hard an arm is to work through by hand: by a number (the difficulty), and by a band from 0 to 4 (hardest).
+"""
 
 from functools import lru_cache
 
@@ -18,7 +19,7 @@ HARDEST_BAND = len(BAND_MINIMUMS)
 
 @lru_cache(maxsize=256)
 def rate_difficulty(chain: Chain) -> int:
-    """Return the difficulty of an arm, which is the sum of these numbers:
+    """Return the difficulty of an arm, the sum of these numbers:
 
     - the number of terms of J;
     - 4 for each condition of the singular set (if J is square, each factor of det J that can vanish);
@@ -35,7 +36,7 @@ def rate_difficulty(chain: Chain) -> int:
 
 
 def _count_jacobian_terms(chain: Chain) -> int:
-    """Return the number of terms of J, multiplied out."""
+    """Return the number of terms of J after its entries are multiplied out."""
     entries = (entry if _is_multiplied_out(entry) else sp.expand(entry) for entry in derive(chain).jacobian)
     return count_written_terms(entries)
 
@@ -43,7 +44,7 @@ def _count_jacobian_terms(chain: Chain) -> int:
 def _is_multiplied_out(expression: sp.Expr) -> bool:
     """Return whether an expression is a sum of products of numbers, symbols, sines and cosines of sums of symbols.
 
-    This test is made first, because `expand` takes a hundred times as long to change nothing.
+    For such an expression, `expand` would take a hundred times as long as this test and change nothing.
     """
     factors = {factor for term in sp.Add.make_args(expression) for factor in sp.Mul.make_args(term)}
     trigs = {factor for factor in factors if isinstance(factor, (sp.sin, sp.cos))}
@@ -62,8 +63,8 @@ def _count_deviations(chain: Chain) -> int:
 
 
 def rate_difficulty_band(chain: Chain) -> int:
-    """Return the band of an arm's difficulty: the number of BAND_MINIMUMS that the difficulty reaches."""
-    # for a hard arm, avoid finding the singular set, which may take a minute
+    """Return the band of an arm's difficulty, which is the number of BAND_MINIMUMS that the difficulty reaches."""
+    # for a hard arm, the singular set is not needed; finding it may take a minute
     if _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]:
         return HARDEST_BAND
     return sum(rate_difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)

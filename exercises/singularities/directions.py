@@ -20,11 +20,11 @@ from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.singular_set import Component
 
 ZERO_THRESHOLD, NONZERO_THRESHOLD = 1e-9, 0.05
-"""Fractions of the largest singular value of J: below the first, a singular value counts as zero; above the second, as
+"""Limits of a singular value of J, relative to the largest: below the first it counts as zero, and above the second as
 nonzero."""
 
 MAX_TERMS, MAX_ROWS = 8, 4
-"""Maximum number of terms of a formula for a lost direction, and of rows of a J for which a formula is derived."""
+"""Maximum number of terms of a formula for a lost direction, and maximum number of rows of J for such a formula."""
 
 
 def find_clear_rank(jacobian: np.ndarray, nonzero_threshold: float = NONZERO_THRESHOLD) -> int | None:
@@ -57,7 +57,7 @@ class LostDirectionFormula:
 def find_shortest_lost_direction(symbolic_arm: Chain, component: Component) -> LostDirectionFormula | None:
     """Return the shortest formula for the direction that a symbolic arm loses at a component; None if none is short.
 
-    `component` is a component of the singular set of that arm (`derivation`), at one combination of joint values.
+    The component belongs to the singular set of this arm and has one combination of joint values.
     """
     jacobian = derive(symbolic_arm).jacobian
     if jacobian.rows > min(jacobian.cols, MAX_ROWS) or component.solutions is None:
@@ -108,7 +108,7 @@ def _list_angles(matrix: sp.Matrix) -> list[sp.Symbol]:
 
 
 def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
-    """Split a joint's angle off all sums of angles in an expression, and replace the angle's cosine and sine."""
+    """Expand sines and cosines of sums with a joint's angle, and replace the cosine and the sine of this angle."""
     replacements = {}
     for trig in expression.atoms(sp.sin, sp.cos):
         factor = sp.diff(trig.args[0], joint)
@@ -120,7 +120,7 @@ def _split_off_angle(expression: sp.Expr, joint: sp.Symbol, cosine: sp.Expr, sin
 
 
 def _compute_cofactors(columns: sp.Matrix) -> sp.Matrix | None:
-    """Return the m cofactors of m - 1 columns (m x 1), divided by their common factors; None if all are zero."""
+    """Return the m cofactors of m - 1 columns (m x 1) without their common factors; None if all cofactors are zero."""
     m = columns.rows
     entries = []
     for i in range(m):

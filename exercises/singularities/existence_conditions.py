@@ -1,4 +1,4 @@
-"""Find the relation between symbolic lengths without which a condition on joint variables holds at no configuration."""
+"""Find the relation between symbolic lengths that is necessary for a condition on joint variables to hold anywhere."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from qdot.exercises.arm.trigonometry import compute_fourier_form
 
 @dataclass(frozen=True)
 class ExistenceCondition:
-    """The requirement `smaller` <= `larger` on symbolic lengths, without which a condition holds at no configuration.
+    """The relation `smaller` <= `larger` of symbolic lengths that a condition requires to hold at any configuration.
 
     `smaller` and `larger` are formulas in lengths (m).
     """
@@ -24,11 +24,11 @@ class ExistenceCondition:
 
 
 def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondition | None:
-    """Return the requirement on symbolic lengths without which a condition can't hold; None if none is known.
+    """Return the relation between symbolic lengths that a condition requires; None if no relation is known.
 
     A condition is a constant K plus a sum of terms A cos(phi) + B sin(phi). If the angles phi are linearly independent,
     the sum takes every value from -S to S, in which S is the sum of all sqrt(A^2 + B^2). Then the condition can hold if
-    and only if |K| <= S. If K has terms of both signs, the requirement is not known.
+    and only if |K| <= S. If K has terms of both signs, no relation is known.
 
     >>> from qdot.exercises.arm.chain import Joint
     >>> rows = [Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2)]
@@ -62,7 +62,7 @@ def find_existence_condition(condition: sp.Expr, chain: Chain) -> ExistenceCondi
 
 
 def _compute_amplitude(c: sp.Expr, s: sp.Expr) -> sp.Expr | None:
-    """Return sqrt(c^2 + s^2) for formulas c and s in lengths; None if one is zero and the other's sign is unknown."""
+    """Return sqrt(c^2 + s^2) for formulas c and s in lengths; None if it is |c| or |s|, and the sign is unknown."""
     if c == 0 or s == 0:
         return _compute_absolute_value(c + s)
     lengths = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (c + s).free_symbols}

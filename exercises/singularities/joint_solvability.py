@@ -2,9 +2,9 @@
 
 The cosine and the sine of each revolute joint become a pair of unknowns on a circle, and the conditions become
 polynomials in the unknowns. Coefficients are residues modulo a large prime; symbolic lengths and constant angles become
-random residues. A Gröbner basis decides whether the polynomials have a common zero, also a complex one. If they have
+random residues. A Gröbner basis decides whether the polynomials have a common zero, which may be complex. If they have
 none, the conditions can't hold simultaneously except for special lengths. This conclusion is wrong if a residue happens
-to be special or if the prime divides a coefficient. The probability is about one in millions.
+to be special or if the prime divides a coefficient, with a probability of about one in millions.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,12 +21,12 @@ MAX_UNKNOWNS, MAX_TERMS, MAX_ZEROS = 7, 160, 100
 """Limits for computing a Gröbner basis: the number of unknowns, the number of terms in all polynomials together, and
 the product of the polynomials' degrees, which bounds the number of zeros."""
 _SMALLEST_PRIME, _PRIME_SEARCH_LENGTH = 10**9, 20_000
-"""The smallest number that is tried as the prime, and how many numbers are tried."""
+"""The smallest number that is tried as the prime, and the number of successive numbers that are tried."""
 _ANGLE_PARTS = 36 * 10**12
-"""A symbolic angle and a radian have this many equal parts, and constant angles must be multiples of a part.
+"""The number of equal parts of a symbolic angle and of a radian; constant angles must be multiples of a part.
 
 The residues for the cosine and the sine of one part determine those of its multiples. The sine and the cosine of a
-rational number of radians are transcendental, so that random residues can represent them.
+rational number of radians are transcendental, so random residues can represent them.
 """
 
 
@@ -43,7 +43,7 @@ def may_hold_simultaneously(
 ) -> bool:
     """Return whether conditions have a common zero for all lengths except special ones; True if that is undecided.
 
-    A larger `max_zeros`, the limit of the product of degrees, takes longer and decides more.
+    With a larger `max_zeros`, the maximum product of degrees, more is decided, but it takes longer.
     """
     numerators = [_expand_numerator(condition) for condition in conditions]
     try:
@@ -68,7 +68,7 @@ def is_implied(
 def drop_implied(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> tuple[sp.Expr, ...]:
-    """Return conditions without those that provably follow from at least two others; long ones are dropped first."""
+    """Return conditions without those that provably follow from two or more others; long ones are dropped first."""
     return drop_redundant(
         conditions, lambda condition, others: len(others) > 1 and is_implied(condition, others, joints, max_zeros)
     )
@@ -87,7 +87,7 @@ def drop_redundant(
 
 
 def _may_have_common_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
-    """Return whether polynomials may have a common zero, with each pair of unknowns on its circle.
+    """Return whether polynomials may have a common zero, at which each pair of unknowns is on its circle.
 
     A polynomial that fixes a joint is solved first, and each solution is substituted into the other polynomials.
     """
@@ -134,7 +134,7 @@ def _solve_for_joint(polynomial: sp.Expr, field: "_Field") -> list[Residues] | N
 
 
 def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) -> sp.Expr:
-    """Return a polynomial with residues substituted for symbols or roots, and with residues as coefficients.
+    """Return a polynomial with residues as coefficients, after substituting residues for symbols or roots.
 
     Raises _Undecided if a coefficient is not an integer.
     """
@@ -149,7 +149,8 @@ def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) ->
 def _may_have_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, by a Gröbner basis.
 
-    If that would take long, only the shortest polynomials are used. If these have no common zero, neither have all.
+    If that would take long, only the shortest polynomials are used: if these have no common zero, the whole system has
+    none.
     """
     chosen_polynomials: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda candidate: (len(sp.Add.make_args(candidate)), str(candidate))):
@@ -191,7 +192,7 @@ def _find_primes_under_roots(expression: sp.Expr) -> frozenset[int]:
 
 @lru_cache(maxsize=256)
 def _find_prime(primes_with_roots: frozenset[int]) -> int:
-    """Return a prime modulo which the given numbers have square roots. Raises _Undecided if none is found."""
+    """Return a prime modulo which certain primes have square roots. Raises _Undecided if none is found."""
     for p in range(_SMALLEST_PRIME, _SMALLEST_PRIME + _PRIME_SEARCH_LENGTH):
         if all(pow(n, (p - 1) // 2, p) == 1 for n in primes_with_roots) and sp.isprime(p):
             return p
@@ -228,7 +229,7 @@ class _Field:
         return _substitute_residues(residues, polynomial, self.prime)
 
     def _convert_trig(self, atom: sp.Expr) -> sp.Expr:
-        """Return the sine or cosine of a joint as its unknown, and that of a constant angle as a residue."""
+        """Return the unknown for the sine or cosine of a joint, or the residue for that of a constant angle."""
         (angle,) = atom.args
         is_cosine = isinstance(atom, sp.cos)
         if angle in self.circles:
@@ -252,14 +253,14 @@ class _Field:
         if factor < 0:
             return self._multiply_angle(c, -s % self.prime, -factor)
         cosine, sine = 1, 0
-        while factor:  # for each binary digit of the factor, c and s belong to twice the angle before
+        while factor:  # c and s belong to an angle that is doubled for each binary digit of the factor
             if factor & 1:
                 cosine, sine = (cosine * c - sine * s) % self.prime, (cosine * s + sine * c) % self.prime
             c, s, factor = (c * c - s * s) % self.prime, 2 * c * s % self.prime, factor >> 1
         return cosine, sine
 
     def _find_root_residue(self, number: int) -> int:
-        """Return the residue of a square root, the product of the roots of prime factors: sqrt(2) sqrt(3) = sqrt(6)."""
+        """Return the residue of a square root, as the product of the roots of the prime factors."""
         root = 1
         for prime_factor, power in sp.factorint(number).items():
             factor_root = sp.sqrt_mod(prime_factor, self.prime)

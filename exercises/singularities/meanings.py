@@ -43,13 +43,16 @@ MIN_SAMPLE_COUNT = 4
 DIFFERENCE_STEP = 1e-3
 """Step of a joint variable (rad or m) for finite differences."""
 TRIED_ANGLES, TRIED_DISPLACEMENTS = np.linspace(0, 2 * np.pi, 73)[1:-1], np.linspace(-2, 2, 81)
-"""The rotations (rad, every 5°) and the displacements (m) of a joint from a sample, in the search for the positions at
-which P is farthest from an axis or nearest to it."""
+"""The rotations (rad, every 5°) and displacements (m) of a joint that are tried, to find out whether P can be farther
+from an axis or nearer to it than at a sample."""
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """A statement about joints (counted from 1), with its text; its `kind` is for example "on axis" or "far"."""
+    """A statement about joints (counted from 1), with its text.
+
+    The `kind` is a short name, such as "on axis" or "far".
+    """
 
     kind: str
     joints: tuple[int, ...]
@@ -69,8 +72,8 @@ class Meaning:
 class MeasuredMeaning(Meaning):
     """A statement with a measure that is zero if the statement holds.
 
-    Two statements can have the same measure: those of the kinds "straight" and "doubled", and those of the kinds "far"
-    and "near". Then `holds` finds out which of the two is true.
+    Statements of the kinds "straight" and "doubled" have the same measure, and so have "far" and "near". Then `holds`
+    finds out which of the two is true.
     """
 
     measure: Measure
@@ -91,7 +94,7 @@ class BranchMeanings:
 def find_branch_meanings(
     chain: Chain, samples: Sequence[Sample], further_samples: Sequence[Sample] = ()
 ) -> BranchMeanings | None:
-    """Return the correct meaning and the wrong meanings of a branch; None if there is no correct or no wrong meaning.
+    """Return the correct meaning and the wrong meanings of a branch; None if one of them is missing.
 
     The `samples` are configurations on the branch. A statement that holds at all of them may be false elsewhere on the
     branch. Therefore the correct meaning must not be false at any of `further_samples`, either.
@@ -183,7 +186,7 @@ def _list_direction_meanings(samples: Sequence[Sample], revolute_joints: Sequenc
 
 
 def _list_prismatic_meanings(chain: Chain, samples: Sequence[Sample], is_perpendicular: bool) -> list[MeasuredMeaning]:
-    """Return the statements about prismatic joints that move along links between parallel axes, or perpendicular."""
+    """Return the statements that a prismatic joint moves along a link between parallel axes, or perpendicular to it."""
     is_revolute = [joint.is_revolute for joint in chain.joints]
     links = [i for i in range(chain.n - 1) if all(is_revolute[i : i + 2]) and chain.joints[i].a != 0]
     kind, preposition = ("across", "at right angles to") if is_perpendicular else ("along", "along")
@@ -214,7 +217,7 @@ def _list_origin_meanings(chain: Chain, samples: Sequence[Sample], k: int) -> li
 
 
 def _list_plane_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
-    """Return the statement that the point and all axes lie in one plane; none unless all axes are parallel."""
+    """Return the statement that the point and all axes lie in one plane; [] unless all axes are parallel."""
     if len(chain.linear_axes) != len(chain.task) or chain.prismatic_joints or chain.n < 3:
         return []
     if not all(are_parallel(samples, 0, i) for i in range(chain.n)):
@@ -225,7 +228,7 @@ def _list_plane_meanings(chain: Chain, samples: Sequence[Sample]) -> list[Measur
 
 
 def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> list[MeasuredMeaning]:
-    """Return the statements about two joints that move the point along the same line."""
+    """Return the statements that two joints move the point along the same line."""
     moving_joints = range(chain.point.frame)
     speeds = np.min([np.linalg.norm(s.arm.compute_jacobian(s.q)[:3], axis=0) for s in samples], axis=0)
     return [
@@ -237,7 +240,7 @@ def _list_common_direction_meanings(chain: Chain, samples: Sequence[Sample]) -> 
 
 
 def _list_extreme_meanings(chain: Chain, samples: Sequence[Sample], i: int, j: int) -> list[MeasuredMeaning]:
-    """Return the statements that joint j brings P as far from axis i, or as near to it, as the joint can."""
+    """Return the statements that joint j brings P as far from axis i, or as near to it, as possible."""
     if not _changes_distance(samples, i, j):
         return []
     measure = partial(measure_distance_change, joint=i, moving_joints=[j])

@@ -16,7 +16,7 @@ from qdot.exercises.singularities.singular_set import Component, reduce_angle
 
 @lru_cache(maxsize=1024)
 def normalize_arm(chain: Chain) -> Chain:
-    """Return the arm without joint offsets and title, and with its base at the world's origin.
+    """Return the arm without joint offsets and without a title, with its base at the world's origin.
 
     If joint 1 is revolute, its d is set to zero. The base keeps its yaw and tilt, because the task's rows refer to
     world directions.
@@ -29,7 +29,7 @@ def normalize_arm(chain: Chain) -> Chain:
 
 
 def normalize_conditions(chain: Chain, component: Component) -> list[str]:
-    """Return a component of an arm's singular set as conditions (text) on the joint variables of the normalized arm.
+    """Return a component of an arm's singular set as conditions (text) for the normalized arm.
 
     The order of the conditions does not depend on the joint offsets.
     """
@@ -45,9 +45,9 @@ def normalize_conditions(chain: Chain, component: Component) -> list[str]:
 
 
 def first_joint_moves_all(chain: Chain) -> bool:
-    """Return whether joint 1 moves the whole arm without changing whether the arm is singular.
+    """Return whether the value of joint 1 does not affect whether the arm is singular.
 
-    Joint 1 does so if it is prismatic, or if its rotation maps the task's rows to themselves.
+    This is so if joint 1 is prismatic, or if its rotation maps the task's rows to themselves.
     """
     if chain.joints[0].is_prismatic:
         return True

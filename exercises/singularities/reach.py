@@ -1,13 +1,13 @@
-"""Decide whether an arm without joint limits reaches a position, or reaches just beyond its current position.
+"""Decide whether an arm without joint limits can reach a position, or a position just beyond its current one.
 
 `reaches_point` decides for a point, and `reaches_displaced_pose` also for a point and an angle. `reaches_beyond`
-decides for many arms at once whether they reach just beyond their current position. It uses the following rules if
-they apply, else a damped Newton method from many starts. The rules are for planar arms, alone or rotated by joint 1:
+decides for many arms at once whether they reach just beyond their current position. It uses the following rules if they
+apply, else a damped Newton method from many starts. The rules are for planar arms, which joint 1 may rotate:
 
 - An arm has only revolute joints with parallel axes. Each link can have any direction. By the triangle inequality, the
   greatest distance of P from the first axis is the sum of all links. The least distance is the longest link minus all
   other links, or 0 if this is negative.
-- An RP arm reaches all distances from the first axis that are at least the distance of the prismatic joint's line.
+- An RP arm reaches all distances from the first axis that are not less than that of the prismatic joint's line.
 - Joint 1 rotates a planar arm about an axis in its plane, or parallel to its plane. The whole arm reaches a point if
   the planar arm reaches the point on either side of the axis.
 - A prismatic joint along the normal of the plane reaches every height above the plane, and changes nothing else.
@@ -31,7 +31,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.singularities.axes import Sample, shorten_steps, stack_samples
 
 _ZERO_TOLERANCE = 1e-9
-"""A sine, or a fraction of the total length of all links, below this limit counts as zero."""
+"""A sine, or a distance as a fraction of the total length of all links, counts as zero below this limit."""
 
 _UNDECIDED_MARGIN = 1e-6
 """No decision is made for points closer to the workspace boundary than this fraction of the total length."""
@@ -48,7 +48,7 @@ def reaches_point(arm: NumericChain, point: np.ndarray) -> bool | None:
     target = point - rotated_arm.foot
     height = float(target @ rotated_arm.axis)
     radius = float(np.linalg.norm(target - height * rotated_arm.axis))
-    # the target belongs to the size, because the travel of a prismatic joint may be the arm's only length
+    # the size includes the target, because the travel of a prismatic joint may be the arm's only length
     size = rotated_arm.size + float(np.linalg.norm(target))
     plane_offset = rotated_arm.plane_offset
     if abs(plane_offset) > _ZERO_TOLERANCE * size and abs(radius - abs(plane_offset)) < _UNDECIDED_MARGIN * size:
@@ -84,7 +84,7 @@ class _RotatedPlanarArm:
 
 @lru_cache(maxsize=256)
 def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
-    """Return the description of a planar arm rotated by joint 1; None for other arms."""
+    """Describe a planar arm that joint 1 rotates; return None for other arms."""
     moving_joint_count = arm.point_frame
     if moving_joint_count < 2 or not arm.is_revolute[0]:
         return None
@@ -104,7 +104,7 @@ def _find_rotated_planar_arm(arm: NumericChain) -> _RotatedPlanarArm | None:
 
 @lru_cache(maxsize=256)
 def _compute_home_frames(arm: NumericChain) -> np.ndarray:
-    """Return the frames of an arm at home; they are cached, because many points are tested."""
+    """Return the frames of an arm at home; cached, because many points are tested."""
     return arm.compute_frames(np.zeros(len(arm.kinds)))
 
 
@@ -131,7 +131,7 @@ def _find_distance_range(
 
 
 def _is_inside(distance: float, limits: np.ndarray) -> bool | None:
-    """Return whether a distance lies between two distances; None if it is too close to one of them."""
+    """Return whether a distance lies between two limits; None if it is too close to one of them."""
     minimum, maximum = limits
     tolerance = _UNDECIDED_MARGIN * float(np.max(limits[np.isfinite(limits)]) + distance)
     if abs(distance - maximum) < tolerance or (minimum > 0 and abs(distance - minimum) < tolerance):
@@ -195,7 +195,7 @@ class _PlanarArm:
 
 @lru_cache(maxsize=256)
 def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | None:
-    """Return the description of a planar arm; None for other arms, and for tasks without the position in the plane.
+    """Describe a planar arm; return None for other arms, and for tasks without the position in the plane.
 
     If the arm can change the height of P above the plane, the task must contain this height.
     """
@@ -212,7 +212,7 @@ def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | N
     if linear_axes == [0, 1, 2]:
         if not np.any(is_parallel & ~is_revolute):
             return None
-    # 3 - the sum is the third axis, which must be the normal
+    # the third axis, with the number 3 - sum, must be the normal
     elif len(linear_axes) != 2 or abs(normal[3 - sum(linear_axes)]) < 1 - _ZERO_TOLERANCE:
         return None
     if angle_axes and (len(angle_axes) > 1 or abs(normal[angle_axes[0]]) < 1 - _ZERO_TOLERANCE):
@@ -224,10 +224,10 @@ def _find_planar_arm(arm: NumericChain, task: tuple[int, ...]) -> _PlanarArm | N
 def _reaches_in_plane(
     arm: NumericChain, planar_arm: _PlanarArm, joints: tuple[int, ...], target: np.ndarray
 ) -> bool | None:
-    """Return whether the first `joints` of a planar arm can bring the next joint's axis to `target` (3).
+    """Return whether the first `joints` of a planar arm can bring the axis of the next joint to `target` (3), or None.
 
-    If no joint follows, `joints` have to bring P to the target. The height above the plane does not matter. Return None
-    if undecided.
+    If no joint follows, they must bring P to the target. The height above the plane does not matter. None means
+    undecided.
     """
     home = _compute_home_frames(arm)
     if not joints:
@@ -252,7 +252,7 @@ def _is_clearly_below(size: float, limit: float) -> bool | None:
 
 
 def _compute_axis_rotation(angles: np.ndarray) -> np.ndarray:
-    """Return the rotation (3 x 3) by angles (3) about the world axes, of which only one is not zero."""
+    """Return the rotation (3 x 3) by angles (3) about the world axes; only one of the angles is nonzero."""
     axis = int(np.argmax(np.abs(angles)))
     next_axis, third_axis = (axis + 1) % 3, (axis + 2) % 3
     rotation, angle = np.eye(3), float(angles[axis])
@@ -269,7 +269,7 @@ step of a joint (rad or m)."""
 _CONVERGED_DISTANCE, _DAMPING = 1e-6, 1e-9
 """The distance, as a fraction of the arm's length, below which the target is reached, and the damping of the steps."""
 _PRUNING_STEP, _KEPT_START_COUNT = 8, 20
-"""After `_PRUNING_STEP` steps, only the `_KEPT_START_COUNT` starts whose points are nearest to the target continue."""
+"""After `_PRUNING_STEP` steps, only the `_KEPT_START_COUNT` searches that are nearest to the target continue."""
 
 _TESTED_DISTANCE = 1e-4
 """Distance beyond the current position that is tested, as a fraction of the arm's length (`compute_arm_lengths`).
@@ -305,9 +305,9 @@ def _search_displaced_poses(
     shifts: np.ndarray,
     arm_lengths: np.ndarray,
 ) -> np.ndarray:
-    """Return for each of k arms whether a search finds a configuration `shifts` away from a pose.
+    """Return for each of k arms whether a search finds a configuration with a pose that is displaced by `shifts`.
 
-    `frames` are the frames of the arms at these poses. The search starts from many configurations of each arm.
+    `frames` are the frames of the arms at the current poses. The search starts from many configurations of each arm.
     """
     is_reached = np.zeros(len(all_arms), dtype=bool)
     unsolved_indices = np.arange(len(all_arms))
@@ -342,7 +342,7 @@ def _search_displaced_poses(
 def _compute_pose_difference(arms: NumericChain, frames: np.ndarray, current_frames: np.ndarray) -> np.ndarray:
     """Return the displacements from poses to target poses, as changes in position and small rotations (k x m x 6).
 
-    `current_frames` are the frames of k arms at m poses each, and `frames` those at one target pose for each arm.
+    `current_frames` are the frames of k arms at m poses each. `frames` are the frames at one target pose for each arm.
     """
     target = arms.compute_point_of(frames[:, None])
     relative_rotation = frames[:, None, -1, :3, :3] @ current_frames[..., -1, :3, :3].swapaxes(-1, -2)
@@ -353,7 +353,7 @@ def _compute_pose_difference(arms: NumericChain, frames: np.ndarray, current_fra
 
 @lru_cache(maxsize=64)
 def _sample_starts(n: int) -> np.ndarray:
-    """Return random configurations of n joints, starts x n; every call returns the same."""
+    """Return random configurations of n joints, starts x n, which are the same in every call."""
     rng = Stream("starts")
     return np.array([[rng.uniform(-np.pi, np.pi) for _ in range(n)] for _ in range(_START_COUNT)])
 

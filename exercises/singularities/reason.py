@@ -1,7 +1,7 @@
 """Decide whether a statement about singular configurations is the reason why they are singular.
 
-A statement is the reason if it holds at no regular configuration. Searches from many starts, on arms with several
-lengths, find configurations at which the statement holds. Each configuration found must be singular.
+A statement is the reason if it holds at no regular configuration. Searches from many starts, for arms with different
+lengths, find configurations at which the statement holds. All of these must be singular.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,11 +20,11 @@ Predicate = Callable[[Sample], bool | None]
 _MAX_ARMS, _START_COUNT, _MAX_STEPS = 3, 16, 60
 """Maximum number of arms that are searched, number of starts for each arm, and maximum number of steps."""
 _CONVERGENCE_TOLERANCE = 1e-9
-"""A measure below this counts as zero."""
+"""A measure counts as zero below this limit."""
 _DIFFERENCE_STEP, _MAX_STEP_SIZE = 1e-6, 0.6
 """The step of finite differences, and the maximum step of the search (rad or m)."""
 _REGULAR_RATIO = 1e-4
-"""If the smallest singular value of J over the largest is above this, the configuration is certainly regular."""
+"""Minimum ratio of the smallest to the largest singular value of J at a configuration that is certainly regular."""
 
 
 def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predicate: Predicate) -> bool:
@@ -46,9 +46,9 @@ def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predica
 
 
 def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray:
-    """Return the configurations (arms x starts x n) at which Newton steps along a measure's steepest descent end.
+    """Return the configurations (arms x starts x n) at which the descent of a measure to zero ends.
 
-    The steps use the gradient of the squared measure, which is smooth even where the measure is zero.
+    Newton steps use the gradient of the squared measure, which is smooth even where the measure is zero.
     """
     starts = _sample_starts(arms.kinds)
     n = starts.shape[1]

@@ -4,8 +4,8 @@ J (6 x n) loses rank if a wrench does no work at any joint; such a wrench is cal
 depends neither on the frame nor on the reference point of the last link for which J is written. In a frame in the
 middle of the arm, and about a point in which axes meet, most entries of J are zero. The row and the column of an entry
 that is never zero can be eliminated, which solves one condition on the wrench. For example, if three axes meet in S, a
-wrench reciprocal to the three axes is a force through S; the line of the force must meet all other axes. A small matrix
-in few angles remains. Its rank is examined case by case: in each case, some factors of entries are zero.
+wrench reciprocal to them is a force through S, and its line must meet all other axes. A small matrix with few angles
+remains. Its rank is examined in separate cases, in each of which certain factors of entries are zero.
 
 If the task is a position (vx, vy, vz), the wrench is a force at P, and only the frame can be chosen.
 """
@@ -45,11 +45,11 @@ _POSITION_ROWS = VELOCITY_NAMES[:3]
 MAX_CASES = 400
 """Maximum number of cases that are examined."""
 MAX_FRAME_PAIRS = 2
-"""Maximum number of pairs (a frame, and the frame of a reference point) that are tried."""
+"""Maximum number of pairs that are tried, each with a frame and the frame of a reference point."""
 SHORT_OPERATION_COUNT = 200
-"""If all conditions found for a pair together have fewer operations than this, no further pair is tried."""
+"""If the conditions that are found for a pair have fewer operations in total, no further pair is tried."""
 _SPARSITY_TOLERANCE = 1e-9
-"""An entry of the numeric Jacobian below this limit counts as zero."""
+"""An entry of the numeric Jacobian counts as zero if it is below this limit."""
 
 
 @dataclass(frozen=True)
@@ -66,10 +66,11 @@ class FrameJacobian:
 
 @dataclass(frozen=True)
 class ReducedCase:
-    """The matrix whose rank decides whether J loses rank in one case.
+    """The matrix whose rank shows whether J loses rank in one case.
 
     - `case`: the conditions of the case.
-    - `joints`: the joint (counted from 1) of each column of the matrix; 0 for a column that combines two joints.
+    - `joints`: the joint (counted from 1) to which each column of the matrix belongs; 0 if a column combines two
+      joints.
     - `branches`: lists of conditions under which the matrix has less than full rank.
     """
 
@@ -82,8 +83,8 @@ class ReducedCase:
 def elimination_applies(chain: Chain) -> bool:
     """Return whether elimination applies to an arm.
 
-    Elimination applies to all six rows of the last link if the arm has more than six joints. For a position task, it
-    applies if the arm has more than three joints and the minors of J are long.
+    Elimination applies to a task of all six rows of the last link if the arm has more than six joints. It applies to a
+    position task if the arm has more than three joints and the minors of J are long.
     """
     if chain.n <= len(chain.task):
         return False
@@ -94,7 +95,7 @@ def elimination_applies(chain: Chain) -> bool:
 
 
 def make_polynomial_arm(chain: Chain) -> tuple[Chain, dict[sp.Symbol, sp.Expr]]:
-    """Return an arm whose Jacobian has polynomials in lengths, sines and cosines as entries, and its symbols' values.
+    """Return an arm whose Jacobian has polynomials in lengths, sines and cosines as entries, and values of its symbols.
 
     The arm has no joint offsets, and its base is at the world's origin. Symbols replace angles that are not multiples
     of a right angle, and lengths that contain roots.
@@ -128,7 +129,7 @@ def _is_polynomial(value: sp.Expr) -> bool:
 
 
 def _find_sparsest_frames(chain: Chain) -> list[tuple[int, int | None]]:
-    """Return pairs (frame, reference_frame) as in a FrameJacobian; the pairs with the most zeros in J come first.
+    """Return pairs (frame, reference_frame) as in FrameJacobian, beginning with the pair with the most zeros in J.
 
     Among pairs with equally many zeros, frames near the middle of the arm come first. For a position task, the
     reference point is P.
@@ -170,15 +171,14 @@ class _Elimination:
     search: Search
     reduced_cases: list[ReducedCase] = field(default_factory=list)
     symbols: dict[sp.Expr, sp.Symbol] = field(default_factory=dict)
-    """Maps conditions 1 - cos(q - root) whose root contains an arctangent to symbols that stand for them.
-
-    The symbols protect these conditions from substitutions.
+    """Maps each condition 1 - cos(q - root) with an arctangent in the root to a symbol. The symbol stands for the
+    condition and protects it from substitutions.
     """
 
     def find_branches(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Yield the branches on which a matrix has less than full row rank, each with the conditions of the case.
+        """Yield the branches on which a matrix has less than full row rank.
 
-        `joints` are the joints of the columns, as in a ReducedCase.
+        A branch includes the conditions of the case. `joints` are the joints of the columns, as in ReducedCase.
         """
         nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
         matrix = matrix.extract(list(range(matrix.rows)), nonzero_columns)
@@ -195,7 +195,7 @@ class _Elimination:
         yield from self._eliminate_next(matrix, joints, case)
 
     def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
-        """Do one step of the elimination in a matrix, and yield the branches as `find_branches` does."""
+        """Do one step of the elimination in a matrix; yield the branches as `find_branches` does."""
         for r in range(matrix.rows):
             common_factors = self._find_common_factors(matrix.row(r))
             if common_factors:
@@ -222,7 +222,7 @@ class _Elimination:
     def _eliminate_column(
         self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction, c: int, common_factors: list[sp.Expr]
     ) -> Iterator[Conjunction]:
-        """Yield the branches on which a factor that column `c` shares is zero and the other columns lose rank."""
+        """Yield the branches on which a common factor of column `c` is zero, and the other columns lose rank."""
         other_columns, remaining_joints = _delete_column(matrix, c), joints[:c] + joints[c + 1 :]
         for factor in common_factors:
             for condition, values in self._list_zero_cases(factor):
@@ -233,7 +233,7 @@ class _Elimination:
     def _list_zero_cases(self, factor: sp.Expr) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
         """Return the cases in which a factor is zero.
 
-        A case consists of a condition, and of the values to substitute for sines, cosines and joint variables.
+        A case consists of a condition, and of values to substitute for sines, cosines and joint variables.
         """
         if isinstance(factor, (sp.sin, sp.cos)):
             return [(condition, dict(values)) for condition, values in split_zero_cases(factor)]
@@ -245,7 +245,7 @@ class _Elimination:
         return [(self.symbols[condition], values) for condition, values in roots]
 
     def _evaluate_at_zero(self, entry: sp.Expr, factor: sp.Expr, values: dict[sp.Expr, sp.Expr]) -> sp.Expr:
-        """Return an entry with values substituted at which a factor is zero.
+        """Return an entry after the substitution of values at which a factor is zero.
 
         If there are no values, only multiples of the factor become zero.
         """
@@ -265,7 +265,8 @@ class _Elimination:
         return list(filter(self.search.contains_joints, common_factors))
 
     def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
-        """Return row and column of the nonzero constant entry whose row and column have the most zeros, or None."""
+        """Return the row and the column of a nonzero constant entry in the row and column with the most zeros, or None.
+        """
         keys = []
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry, row, column = matrix[r, c], matrix.row(r), matrix.col(c)
@@ -275,15 +276,15 @@ class _Elimination:
         return min(keys)[2:] if keys else None
 
     def _may_be_zero(self, constant: sp.Expr) -> bool:
-        """Return whether a constant contains a sum that is zero for the arm's numbers."""
+        """Return whether a constant contains a sum, and is zero for the arm's numbers."""
         return any(f.is_Add for f, _ in factor_trig(constant).factors) and self.search.is_zero(constant)
 
     def _combine_pair(self, matrix: sp.Matrix) -> tuple[sp.Matrix, list[int]] | None:
         """Eliminate a column with two entries that are never both zero, or a row with two such entries.
 
-        The two rows of the entries are replaced by the combination whose entry in the column is zero; two columns are
-        combined likewise. Return the smaller matrix, and for each of its columns the index of the column in `matrix`;
-        the index is -1 for a combined column. Return None if there are no such entries.
+        A linear combination, whose entry in the column is zero, replaces the two rows of the entries. Two columns are
+        combined likewise. Return the smaller matrix, and the index in `matrix` of each of its columns (-1 for a
+        combined column). Return None if there are no such entries.
         """
         best_key, best_reduction = None, None
         for is_transposed in (False, True):
@@ -373,7 +374,7 @@ def _divide_by_factors(matrix: sp.Matrix, common_factors: list[sp.Expr], row: in
 
 
 def _compute_schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
-    """Return the Schur complement of a nonzero entry: its column is eliminated, then its row and column are dropped."""
+    """Return the Schur complement of a nonzero entry: eliminate its column, then drop its row and column."""
     rows = []
     for i in [i for i in range(matrix.rows) if i != r]:
         row = matrix.row(i)
@@ -385,7 +386,7 @@ def _compute_schur_complement(matrix: sp.Matrix, r: int, c: int) -> sp.Matrix:
 
 
 def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
-    """Return a matrix without denominators; each row is multiplied by the common denominator of its entries."""
+    """Return a matrix with each row multiplied by the common denominator of its entries."""
     rows = []
     for r in range(matrix.rows):
         denominators = [sp.denom(sp.together(entry)) for entry in matrix.row(r)]
@@ -399,7 +400,7 @@ def _clear_denominators(matrix: sp.Matrix) -> sp.Matrix:
 
 
 def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr, dict[sp.Expr, sp.Expr]]]:
-    """Return the roots of a factor A + B cos q + C sin q whose tangents of the half angle contain no square root.
+    """Return the roots of a factor A + B cos q + C sin q if tan(q/2) contains no square root there.
 
     A root is a pair: the condition that q is at the root, and the values of cos q and sin q there. Return an empty list
     if the factor has another form, or if a square root is needed.
@@ -412,7 +413,7 @@ def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr
     if coefficients is None:
         return []
     a, b, c = coefficients
-    if sp.expand(a - b) == 0:  # at one of the roots, tan(q/2) is infinite; in the next case, tan(q/2) is 0
+    if sp.expand(a - b) == 0:  # one root is pi; in the next case, one root is 0
         roots, tangent = [(sp.pi, sp.S.NegativeOne, sp.S.Zero)], -a / c
     elif sp.expand(a + b) == 0:
         roots, tangent = [(sp.S.Zero, sp.S.One, sp.S.Zero)], -c / a
@@ -429,8 +430,8 @@ def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr
 class ReciprocalSet:
     """The singular set of an arm as elimination finds it.
 
-    - `start`: the J with which the elimination started.
-    - `cases`: the matrices that the elimination ended with.
+    - `start`: the Jacobian with which the elimination started.
+    - `cases`: the matrices with which the elimination ended.
     - `branches`: lists of conditions under which J loses rank.
     """
 
@@ -441,9 +442,9 @@ class ReciprocalSet:
 
 @lru_cache(maxsize=64)
 def find_reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()) -> ReciprocalSet:
-    """Return the singular set of a polynomial arm, for the frame and the point that give the shortest conditions.
+    """Return the singular set of a polynomial arm, with the frame and the point that lead to the shortest conditions.
 
-    `symbol_values` are the values of symbols that replace the arm's numbers. Constants that are zero for these values
+    `symbol_values` are the values of symbols that stand for the arm's numbers. Constants that are zero for these values
     are not used as pivots. Raises TooLong.
     """
     values = dict(symbol_values)

@@ -1,8 +1,9 @@
 """Find the singular configurations of an arm for its task, at which the task Jacobian loses rank (6.8).
 
 For a square Jacobian, the singular configurations are the zeros of the factors of det J. For another shape, they are
-the common zeros of all maximal minors: the zeros of factors that all minors share, and configurations at which several
-conditions hold, which together make all minors zero. The search uses the minors of the symbolic arm (`derivation`).
+the common zeros of all maximal minors: the zeros of common factors of all minors, and configurations at which several
+conditions together make all minors zero. The search uses the minors of the symbolic arm (`derivation`), which has
+symbols for all lengths and oblique angles.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -23,14 +24,13 @@ from qdot.exercises.singularities.joint_solvability import (
 )
 
 MAX_EXAMINED_BRANCHES, MAX_BRANCHES = 300, 40
-"""Maximum number of branches that are examined, and that a person would read.
-
-A branch is a way in which all minors are zero: a conjunction of conditions.
+"""Maximum number of branches that are examined, and maximum number that is listed for a person to read. A branch is a
+conjunction of conditions that makes all minors zero.
 """
 MAX_ZEROS_FOR_IMPLICATION = 10_000
 """The limit `max_zeros` (`joint_solvability`) for proving that long conditions follow from others."""
 _ZERO_TOLERANCE = sp.Float("1e-20")
-"""A constant below this limit for the arm's numbers counts as zero."""
+"""A constant counts as zero if it is below this limit for the arm's numbers."""
 _TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
     (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
     (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
@@ -40,8 +40,8 @@ _TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
 Joints = tuple[sp.Symbol, ...]
 """The joint variables of an arm."""
 Conjunction = tuple[sp.Expr, ...]
-"""Expressions that are zero simultaneously. Each expression is called a condition, for short: the condition that it is
-zero."""
+"""Expressions that are zero simultaneously. Each expression stands for the condition that it is zero, and is called a
+condition for short."""
 JointSolution = tuple[sp.Symbol, tuple[sp.Expr, ...]]
 """A joint variable, and its values (rad or m) at which a condition holds."""
 ValueCombination = tuple[tuple[sp.Symbol, sp.Expr], ...]
@@ -56,7 +56,8 @@ Zeros = list[Conjunction] | None
 class Component:
     """A component of the singular set: conditions that hold simultaneously, and the joint values at which they hold.
 
-    `solutions` has (joint variable, values) for each condition; it is None if a condition involves several joints.
+    `solutions` has a joint variable and its values for each condition. It is None if a condition involves several
+    joints.
     """
 
     conditions: tuple[sp.Expr, ...]
@@ -69,7 +70,7 @@ class Component:
         return bool(values) and all(value.is_number and value.is_real for value in values)
 
     def list_pieces(self) -> list[str]:
-        """Return the conditions as text, one string for each value or combination of values.
+        """Return the pieces of the component as text: a condition for each value, or for each combination of values.
 
         >>> Component((sp.sin(sp.Symbol("theta2")),), ((sp.Symbol("theta2"), (sp.S.Zero, sp.pi)),)).list_pieces()
         ['theta2 = 0', 'theta2 = pi']
@@ -80,7 +81,7 @@ class Component:
         return [" and ".join(f"{joint} = {value}" for joint, value in values) for values in value_combinations]
 
     def list_value_combinations(self) -> list[ValueCombination]:
-        """Return every combination of joint values at which the conditions hold; none if `solutions` is None."""
+        """Return every combination of joint values at which the conditions hold; [] if `solutions` is None."""
         if self.solutions is None:
             return []
         pairs = ([(joint, value) for value in values] for joint, values in self.solutions)
@@ -110,7 +111,7 @@ def find_singular_set(chain: Chain) -> tuple[Component, ...] | None:
 def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: bool) -> tuple[Component, ...] | None:
     """Return the components of the configurations at which expressions vanish together; None if they always do.
 
-    The expressions are in the symbols of the arm, or if `is_symbolic` in those of the symbolic arm. Raises TooLong, and
+    The expressions contain the symbols of the arm or, if `is_symbolic`, of the symbolic arm. Raises TooLong, and
     ValueError for expressions that can't be factored.
     """
     derivation = derive(chain)
@@ -127,7 +128,7 @@ def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: boo
 
 
 def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
-    """Return conditions in which a prismatic variable that one condition determines is replaced by its value."""
+    """Return conditions in which the value of a prismatic joint, which one condition determines, is substituted."""
     for condition in conditions:
         joint, values = solve_condition(condition, chain) or (None, ())
         if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
@@ -137,7 +138,7 @@ def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> t
 
 
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
-    """Return components that contain configurations only if the symbolic lengths satisfy special relations."""
+    """Return components that contain configurations only if the lengths satisfy a special relation."""
     derivation = derive(chain)
     inverse = sp.Symbol("d_inverse")  # if 1 = inverse * product of lengths, no length is zero
     components = []
@@ -151,12 +152,12 @@ def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
 
 
 def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
-    """Return whether a condition holds in no configuration, as for the expression 1.5 + 0.5 cos(theta2)."""
+    """Return whether a condition holds at no configuration, as 1.5 + 0.5 cos(theta2) is never zero."""
     return solve_conjunction((condition,), chain) is None
 
 
 def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
-    """Return the components of the singular set that lie in no other; None if every configuration is singular."""
+    """Return the components of the singular set that lie in no other one; None if every configuration is singular."""
     zeros = _find_zeros(derivation, derivation.symbolic_minors)
     if zeros is None:
         return None
@@ -167,15 +168,15 @@ def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
             components.append(component)
     for component in reversed(components[:]):
         if any(other != component and _is_contained(component, other) for other in components):
-            components.remove(component)  # removed at once: of two equal components, each lies in the other
+            components.remove(component)  # removed immediately, because each of two equal components lies in the other
     return tuple(components)
 
 
 def _find_zeros(derivation: Derivation, expressions: tuple[Factored, ...]) -> Zeros:
     """Return the common zeros of the symbolic arm's minors, or of other expressions in its symbols.
 
-    The search runs once for each symbolic arm. It runs again for an arm whose numbers make a constant zero that was
-    assumed to be nonzero.
+    The search runs once for each symbolic arm. It is repeated for an arm whose numbers make a constant zero that the
+    search assumed to be nonzero.
     """
     joints = derivation.symbolic_joints
     zeros, assumed_nonzero = _search_zeros(expressions, joints)
@@ -195,9 +196,9 @@ def make_zero_test(chain: Chain, substitute_values: Callable[[sp.Expr], sp.Expr]
 def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
     """Yield each conjunction with the arm's numbers, and whether its conditions can hold simultaneously.
 
-    If the conditions can hold simultaneously for the symbolic arm, they are not tested again with the arm's numbers. A
-    conjunction may have more conditions than are needed to lower the rank of a matrix of J's shape. Then conditions
-    that follow from the others are dropped, provided that they also follow with the arm's numbers.
+    If the conditions can hold simultaneously for the symbolic arm, they are not tested again with the arm's numbers. If
+    a conjunction has more conditions than are needed to lower the rank of J, conditions that follow from the others are
+    dropped, provided that they also follow with the arm's numbers.
     """
     chain, joints = derivation.chain, derivation.symbolic_joints
     needed_count = abs(chain.n - len(chain.task)) + 1
@@ -219,7 +220,7 @@ _may_hold_for_symbolic_arm = lru_cache(maxsize=4096)(may_hold_simultaneously)
 
 
 def _is_contained(component: Component, container: Component) -> bool:
-    """Return whether the configurations of a component belong to another component, by comparing joint values."""
+    """Return whether the joint values of a component show that it lies in another component."""
     if component.solutions is None or container.solutions is None:
         return False
     solutions = dict(component.solutions)
@@ -227,7 +228,7 @@ def _is_contained(component: Component, container: Component) -> bool:
 
 
 def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Component | None:
-    """Return the component that conditions describe; None if they have no real solution for the arm's numbers."""
+    """Return the component that conditions describe; None if they have no real solution for this arm."""
     solutions = []
     for condition in conditions:
         solution = solve_condition(condition, chain)
@@ -249,14 +250,14 @@ def solve_conjunction(conditions: tuple[sp.Expr, ...], chain: Chain) -> Componen
 
 
 def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolution, ...]) -> Component | None:
-    """Return the component without conditions that follow from another on the same joint; None if two are incompatible.
+    """Return the component without conditions that follow from another on the same joint; None if two contradict.
 
     Only numeric joint values are compared.
     """
     for i, j in combinations(range(len(conditions)), 2):
         (joint, values), (other_joint, other_values) = solutions[i], solutions[j]
         if joint == other_joint and all(value.is_number for value in (*values, *other_values)):
-            common_values = [value for value in values if value in other_values]  # at which both conditions hold
+            common_values = [value for value in values if value in other_values]  # at which both hold
             if not common_values:
                 return None
             if len(common_values) in (len(values), len(other_values)):
@@ -268,7 +269,7 @@ def _merge_solutions(conditions: tuple[sp.Expr, ...], solutions: tuple[JointSolu
 def solve_condition(condition: sp.Expr, chain: Chain) -> JointSolution | None:
     """Solve a condition for its joint variable; the values are empty if there is no real solution.
 
-    Return None if the condition involves several joints, or has a form that is not solved here.
+    Return None if the condition involves several joints, or has a form that this module doesn't solve.
     """
     joints = [q for q in chain.q if condition.has(q)]
     if len(joints) != 1:
@@ -354,7 +355,7 @@ def reduce_angle(angle: sp.Expr) -> sp.Expr:
 
 
 def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
-    """Return the constant in a sum of sines and cosines minus the sum of the amplitudes.
+    """Return the absolute constant in a sum of sines and cosines minus the sum of the amplitudes.
 
     If the excess is positive, the sum cannot be zero. If the excess is zero, the sum is zero only if each sine and each
     cosine is 1 or -1. Return None for sums of another form.
@@ -363,17 +364,17 @@ def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
     if polynomial is None:
         return None
     constant = polynomial.coeff_monomial(1)
-    # twice the constant, because the coefficients include the constant
+    # the constant is subtracted as one of the coefficients, so it is added twice
     excess = 2 * abs(constant) - sum(abs(coefficient) for coefficient in polynomial.coeffs())
     number = sp.N(excess, 30)
     return sp.S.Zero if abs(number) < _ZERO_TOLERANCE and sp.simplify(excess) == 0 else number
 
 
 def _find_single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
-    """Return the only zero of a sum whose excess (`_compute_excess`) is zero, as a component.
+    """Return the only zero of a sum with the excess 0 (`_compute_excess`) as a component.
 
-    For example, 0.8 + 0.4 c2 + 0.4 c23 is zero only if both cosines are -1. Return None unless that fixes one value of
-    each joint in the sum.
+    For example, 0.8 + 0.4 c2 + 0.4 c23 is zero only if both cosines are -1. Return None unless the zero has one value
+    of each joint in the sum.
     """
     polynomial = _to_trig_polynomial(condition, chain)
     assert polynomial is not None
@@ -387,7 +388,7 @@ def _find_single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
         equations.append(trig.args[0] - maximizer - (0 if is_maximum else sp.pi))
     joints = [q for q in chain.q if condition.has(q)]
     multiples, angles = sp.linear_eq_to_matrix(equations, joints)
-    if not multiples.is_square or abs(multiples.det()) != 1:  # several joint values, or none, give the same angles
+    if not multiples.is_square or abs(multiples.det()) != 1:  # the angles do not determine one value of each joint
         return None
     values = [(q, reduce_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
     return Component(tuple(1 - sp.cos(q - value) for q, value in values), tuple((q, (value,)) for q, value in values))
@@ -408,9 +409,8 @@ def _to_trig_polynomial(condition: sp.Expr, chain: Chain) -> sp.Poly | None:
 # --- common zeros of several minors, for the symbolic arm ---
 
 _ROOT_MARK = sp.Function("at")
-"""The mark at(sin(theta2), pi) is the condition that theta2 is the root pi of sin(theta2), and not the root 0.
-
-If both roots lead to the same conjunction, the two marks are replaced by the condition sin(theta2) = 0.
+"""A mark such as at(sin(theta2), pi) is the condition that theta2 is one root of sin(theta2), here pi. If both roots
+lead to the same conjunction, the condition sin(theta2) = 0 replaces the two marks.
 """
 
 
@@ -420,10 +420,10 @@ def _is_mark(condition: sp.Expr) -> bool:
 
 @dataclass(frozen=True)
 class Search:
-    """A search for common zeros: the arm's joint variables, and which constants are zero or assumed to be nonzero.
+    """The settings and assumptions of a search for common zeros.
 
-    A constant, such as a1 - a2, contains no joint variables. `assumed_nonzero` collects the constants that the search
-    has assumed to be nonzero.
+    A constant, such as a1 - a2, contains no joint variables. `is_zero` returns whether a constant is zero, and
+    `assumed_nonzero` collects the constants that the search has assumed to be nonzero.
     """
 
     joints: Joints
@@ -468,10 +468,10 @@ def find_common_zeros(minors: Sequence[Factored], search: Search) -> Zeros:
 
 
 def tidy_branches(conjunctions: Iterable[Conjunction], search: Search, subject: str) -> list[Conjunction]:
-    """Return conjunctions without duplicates and without conditions that follow from others.
+    """Return conjunctions without duplicates, and without conditions that follow from others.
 
-    Conjunctions that differ only in the root of one factor are merged. Raises TooLong; `subject` is the subject of the
-    error message.
+    Conjunctions that differ only in the root of one factor are merged. Raises TooLong, with `subject` as the subject of
+    the message.
     """
     merged_conjunctions = _merge_roots(list(conjunctions))
     if len(merged_conjunctions) > MAX_BRANCHES:
@@ -487,7 +487,7 @@ def _find_joint_factors(condition: sp.Expr, search: Search) -> list[sp.Expr] | N
 
 
 def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunction) -> bool:
-    """Return whether a condition holds at joint values, given known conditions; factors are compared."""
+    """Return whether a condition holds at joint values, given known conditions, by comparing factors."""
     if condition in known_conditions:
         return True
     product = factor_trig(sp.expand(condition.xreplace(values)))
@@ -495,7 +495,7 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
 
 
 def _solve_for_last_joint(factor: sp.Expr, root: sp.Expr) -> JointValues:
-    """Return the value of the last joint in the angle of a sine or cosine, at which this angle is `root`."""
+    """Return the value of the last joint in the angle of a sine or cosine at which the angle is `root`."""
     angle = factor.args[0]
     joint = max(angle.free_symbols, key=lambda q: (is_joint_angle(q), len(q.name), q.name))
     return {joint: sp.expand((root - angle) / sp.diff(angle, joint) + joint)}
@@ -510,10 +510,10 @@ def replace_marks(conjunction: Conjunction) -> Conjunction:
 
 
 def _search_branches(factor_sets: list[list[sp.Expr]], search: Search) -> Iterator[list[sp.Expr]]:
-    """Yield combinations of conditions; each combination makes some factor of every set zero.
+    """Yield combinations of conditions that make a factor of every set zero.
 
-    A condition that fixes an angle is substituted into the other sets before the search continues. So more of their
-    factors become zero or constant. The simplest set comes first.
+    The search begins with the simplest set. A condition that fixes an angle is substituted into the other sets before
+    the search continues, so that more factors become zero or constant.
     """
     if any(not factors for factors in factor_sets):
         return
@@ -538,7 +538,7 @@ def split_zero_cases(factor: sp.Expr) -> list[tuple[sp.Expr, JointValues]]:
 def _substitute_zero(
     factors: list[sp.Expr], zero_factor: sp.Expr, values: JointValues, search: Search
 ) -> list[sp.Expr] | None:
-    """Return the factors of a set that can still be zero if `zero_factor` is; None if one of them is already zero."""
+    """Return the factors of a set that are not constant if `zero_factor` is zero; None if one of them is then zero."""
     remaining_factors: list[sp.Expr] = []
     for factor in factors:
         joint_factors = [factor] if not values else _find_joint_factors(factor.xreplace(values), search)
@@ -554,7 +554,7 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
     to_text = lru_cache(maxsize=None)(str)
 
     def find_mergeable() -> tuple[set[frozenset[sp.Expr]], frozenset[sp.Expr]] | None:
-        """Return two conjunctions that can be merged, and the merged conjunction."""
+        """Return two conjunctions that can be merged, and the merged one."""
         for conjunction in sorted(sets, key=lambda c: sorted(map(to_text, c))):
             for mark in filter(_is_mark, conjunction):
                 other_conditions = conjunction - {mark}
@@ -572,9 +572,9 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
 
 
 def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
-    """Return whether substituting angles and comparing factors shows that a condition follows from premises.
+    """Return whether a condition follows from premises, by substituting angles and comparing factors.
 
-    False means that this was not shown; the condition may follow nevertheless.
+    If the result is False, the condition may follow nevertheless.
     """
     if condition in premises:
         return True
@@ -593,7 +593,7 @@ def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp
 
 
 def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return pairs of the joint variable that a condition fixes and each of its values; none if it has several joints.
+    """Return the joint variable that a condition fixes, paired with each of its values; [] if there are several joints.
 
     The condition is a sine or a cosine, or has the form 1 - trig or 1 + trig.
     """
@@ -608,10 +608,11 @@ def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
-    """Drop duplicates, and conjunctions that imply another conjunction: their configurations satisfy it, too."""
+    """Drop duplicates, and conjunctions that imply another conjunction, because that one contains their configurations.
+    """
     result = list(dict.fromkeys(c for c in conjunctions if not any(set(other) < set(c) for other in conjunctions)))
     for conjunction in sorted(result, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
         other_conjunctions = (c for c in result if c != conjunction)
         if any(all(_follows(condition, conjunction, search) for condition in c) for c in other_conjunctions):
-            result.remove(conjunction)  # removed at once: of two equal conjunctions, each implies the other
+            result.remove(conjunction)  # removed immediately, because each of two equal conjunctions implies the other
     return sorted(result, key=lambda c: (len(c), sp.count_ops(sp.Add(*c)), [sp.default_sort_key(x) for x in c]))

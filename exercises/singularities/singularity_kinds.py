@@ -1,8 +1,8 @@
 """Find out whether a singular configuration is a boundary or an internal singularity.
 
-At a singular configuration, J cannot produce a direction u (u J = 0), and a joint motion k does not move the task
-(J k = 0). To second order, the arm moves by u . (dJ/dk k) along u. If this has the same sign for all k, small motions
-reach only one side of a surface: the workspace folds at this surface. If no other configuration reaches the far side
+At a singular configuration, J cannot produce a direction u (u J = 0), and a joint motion k does not move the task (J k
+= 0). To second order, the arm moves by u . (dJ/dk k) along u. If this product has the same sign for all k, small
+motions reach only one side of a surface, at which the workspace folds. If no other configuration reaches the far side
 either, the singularity is at the boundary of the workspace. In all other cases, also if the second-order motion is
 zero, the singularity is internal. Joint travel is unlimited, as in the chapter. The *workspace* consists of all values
 of the task's coordinates that the arm reaches.
@@ -25,19 +25,18 @@ from qdot.exercises.singularities.axes import Sample, compute_jacobians, stack_s
 from qdot.exercises.singularities.reach import compute_arm_lengths, reaches_beyond
 
 RANK_TOLERANCE = 1e-7
-"""A singular value counts as zero if it is below this fraction of the largest."""
+"""A singular value counts as zero if it is less than this fraction of the largest."""
 
 _ROTATION_COUNT = 24
 """Number of angles that are tried for a joint that does not move P, in the search for a corner of the workspace."""
 
 
 def can_establish_kind(chain: Chain) -> bool:
-    """Return whether the kind, boundary or internal, of an arm's singularities can be established and is meaningful.
+    """Return whether the kind of an arm's singularities, boundary or internal, can be established and is meaningful.
 
-    If not, the kind is never asked for or reported.
-
-    The kind can be established for tasks of up to four rows, and for all six rows of an arm with a spherical wrist. For
-    other tasks, the search for configurations beyond a fold is not a proof.
+    Otherwise, the kind is never asked for or reported. The kind can be established for tasks of up to four rows, and
+    for all six rows of an arm with a spherical wrist. For other tasks, the search for configurations beyond a fold is
+    not a proof.
 
     The kind is meaningful if the task's rows are the rates of coordinates: of a position, of an orientation, or of an
     angle about a fixed axis. Other angular velocities are rates of no coordinate, so they have no workspace. If there
@@ -63,7 +62,8 @@ def _has_coordinates(chain: Chain) -> bool:
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
     """Return whether each sample loses exactly one direction, and reaches nothing on one side of this direction.
 
-    Return False, too, for boundary configurations that show this only after rotating a joint that does not move P.
+    At some boundary configurations, this shows only after the rotation of a joint that does not move P; for these,
+    return False.
     """
     rows = chain.task_rows
     if _has_free_orientation(chain):
@@ -75,7 +75,7 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
 
 
 def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:
-    """Return the kind of each sample: "boundary", "internal", or "regular"; the arms have the same structure.
+    """Return the kind of each sample: "boundary", "internal" or "regular". All arms must have the same structure.
 
     If the arm's spherical wrist reaches every orientation, only the wrist centre matters. The arm is at the boundary if
     the wrist centre is at the boundary of its own workspace.
@@ -118,7 +118,7 @@ def _compute_ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
 
 
 def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndarray:
-    """Return the kind of each sample, which depends only on the position of P if the task is a position.
+    """Return the kind of each sample; for a position task, all configurations with the same P have the same kind.
 
     At a corner of the workspace, the boundary is found only at some of the configurations that bring P there.
     Therefore, if a joint can rotate without moving P, its rotations are tested, too. If one of them is at the boundary,
@@ -140,7 +140,7 @@ def _classify_by_position(samples: Sequence[Sample], task: list[int]) -> np.ndar
 
 
 def _rotate_joint(samples: Mapping[int, Sample], joint: int) -> dict[int, list[Sample]]:
-    """Return the samples that rotating a joint leads to, for each of the samples whose P the joint does not move."""
+    """Return samples with a joint rotated, for each of the samples whose P this joint does not move."""
     arms, q = stack_samples(list(samples.values()))
     q = np.tile(q, (1, _ROTATION_COUNT, 1))
     q[..., joint] = np.linspace(-np.pi, np.pi, _ROTATION_COUNT, endpoint=False)
@@ -165,7 +165,7 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
         bending = _compute_bending(rank_samples, task, v_transposed[indices, rank:])
         is_at_boundary = np.zeros(len(indices), dtype=bool)
         for lost_directions in _yield_lost_directions(u[indices, :, rank:], bending):
-            undecided = np.flatnonzero(~is_at_boundary)  # no direction has shown yet that these are at the boundary
+            undecided = np.flatnonzero(~is_at_boundary)  # those for which no direction has shown the boundary yet
             if len(undecided):
                 undecided_samples = [rank_samples[k] for k in undecided.tolist()]
                 is_at_boundary[undecided] = _are_at_boundary(
@@ -179,9 +179,9 @@ def _yield_lost_directions(lost_basis: np.ndarray, bending: "_Bending") -> Itera
     """Yield unit vectors along lost directions of k samples (k x m), without their opposites.
 
     `lost_basis` (k x m x lost directions) are orthonormal lost directions. If several directions are lost at once, many
-    combinations of them are yielded. The sample is at the boundary if the workspace folds along any of these
-    combinations. At a corner of the workspace, it folds only along a few combinations; the blunter the corner, the
-    fewer. Therefore the combination along which small motions reach the least comes first.
+    combinations of them are yielded. The sample is at the boundary if the workspace folds along any of these. At a
+    corner of the workspace, it folds only along a few combinations. Therefore the combination along which small motions
+    reach the least comes first.
     """
     lost_count = lost_basis.shape[2]
     if lost_count == 1:
@@ -215,11 +215,13 @@ def _compute_unit_vectors(angles: np.ndarray) -> np.ndarray:
 
 
 _REFINEMENT_ROUNDS, _REFINEMENT_FACTOR = 6, 4.0
-"""The search for the least reached direction: number of rounds, and the factor by which a round refines the angle."""
+"""The search for the least reached direction: number of rounds, and the factor by which each round refines the
+angle."""
 
 
 def _find_least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -> np.ndarray:
-    """Return for each sample the combination (k x m) of two lost directions that small motions reach the least."""
+    """Return for each sample the combination of two lost directions (k x m) along which small motions reach the least.
+    """
     forms = np.stack([_compute_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _DIRECTION_STEP), (len(lost_basis), 1))
     for round_number in range(_REFINEMENT_ROUNDS):
@@ -231,7 +233,7 @@ def _find_least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -
 
 @dataclass(frozen=True)
 class _Bending:
-    """How the Jacobians of k samples change along joint motions that do not move the task.
+    """The changes of the Jacobians of k samples along joint motions that do not move the task.
 
     - `joint_motions`: s joint motions for each sample, k x s x n.
     - `jacobian_changes`: the change of the task Jacobian along each of these motions, k x s x m x n.
@@ -251,7 +253,7 @@ _CURVATURE_TOLERANCE = 1e-5
 
 
 def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: np.ndarray) -> _Bending:
-    """Return the change of J along joint motions, by central differences that are not divided by twice the step."""
+    """Return the change of J along joint motions, by central differences (without the division by twice the step)."""
     arms, q = stack_samples(samples)
     directions = np.concatenate([joint_motions, -joint_motions], axis=1)
     jacobians = arms.compute_jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task]
