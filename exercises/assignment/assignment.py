@@ -46,7 +46,7 @@ from qdot.exercises.problem.rounding import check_units, read_decimals
 from qdot.exercises.questions import Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.questions.custom.definition import TEXT_ANSWER
-from qdot.exercises.questions.custom.question import QuestionMaker
+from qdot.exercises.questions.custom.question import DefinitionEvaluator
 from qdot.exercises.questions.custom.reader import read_definitions, read_question_file
 from qdot.exercises.questions.custom.texts import check_formulas
 from qdot.exercises.robots.library import find_robot_path
@@ -710,10 +710,10 @@ def check_definition_on_family(
         raise QdotError(f"{definition.answer_key}: {error}") from None
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
-    maker = QuestionMaker(definition)
-    if (number_objection := maker.find_objection_to_numbers(problem.chain)) is not None:
+    evaluator = DefinitionEvaluator(definition)
+    if (number_objection := evaluator.find_objection_to_numbers(problem.chain)) is not None:
         raise QdotError(f"{number_objection} (for an arm of {family.name})")
-    if (unit_objection := maker.find_wrong_unit(problem.chain)) is not None:
+    if (unit_objection := evaluator.find_wrong_unit(problem.chain)) is not None:
         raise QdotError(f"unit: for {family.name}, {unit_objection}")
     for texts in definition.texts:
         wording = Wording(problem.chain, load_catalogue(texts.language))
@@ -732,7 +732,7 @@ def check_definition_on_family(
                 check_formulas(fill_text(option.content, problem.parts[0], Wording(problem.chain)))
         except QdotError as error:
             raise QdotError(f"options: {error}") from None
-    warnings = maker.list_warnings(problem.chain)
+    warnings = evaluator.list_warnings(problem.chain)
     pairs = [(warning, warning.key if isinstance(warning, KeyReason) else "") for warning in warnings]
     return [f"{definition.find_location(key)}: for {family.name}, {warning}" for warning, key in pairs]
 

@@ -124,7 +124,9 @@ def _sample_lengths(chain: Chain, rng: Stream, needs_clean_roots: bool) -> Value
     components = find_singular_set(chain) or ()
     conditions = tuple(condition for component in components for condition in component.conditions)
     roots = [root for component in components for _, values in component.solutions or () for root in values]
-    irrelevant_lengths = [s for s in chain.parameters if not any(condition.has(s) for condition in conditions)]
+    irrelevant_lengths = [
+        length for length in chain.parameters if not any(condition.has(length) for condition in conditions)
+    ]
     symbolic_length = rng.choice(irrelevant_lengths) if irrelevant_lengths else None
     for _ in range(MAX_LENGTH_SETS):
         lengths_in_cm = {symbol: rng.choice(LENGTHS) for symbol in chain.parameters if symbol != symbolic_length}

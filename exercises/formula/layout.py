@@ -118,7 +118,7 @@ def bracket(content: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
 
 
 def _contains_kind(pieces: Sequence[Layout], tall_kinds: frozenset[str]) -> bool:
-    return any({p.kind, p.text} & tall_kinds or _contains_kind(p.inner, tall_kinds) for p in pieces)
+    return any({piece.kind, piece.text} & tall_kinds or _contains_kind(piece.inner, tall_kinds) for piece in pieces)
 
 
 def print_layout(piece: Layout, printers: Mapping[str, Callable[..., Printed]]) -> Printed:

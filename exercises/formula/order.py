@@ -43,7 +43,7 @@ def natural_sort_key(name: str) -> SortKey:
 
 def _make_trig_key(trig: sp.Expr) -> SortKey:
     """Return a key that sorts sines and cosines by their last joint, then by their number of joints, cosines first."""
-    joints = sorted(joint for s in trig.args[0].free_symbols for joint in find_joints(s))
+    joints = sorted(joint for symbol in trig.args[0].free_symbols for joint in find_joints(symbol))
     return (max(joints, default=0), -len(joints), joints, isinstance(trig, sp.sin), format_expression(trig))
 
 
@@ -56,9 +56,9 @@ def find_joints(symbol: sp.Symbol) -> list[int]:
 @lru_cache(maxsize=4096)
 def _make_term_key(term: sp.Expr) -> SortKey:
     """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
-    motion_keys = sorted(_make_motion_key(s) for s in term.free_symbols if is_rate_or_component(s))
+    motion_keys = sorted(map(_make_motion_key, filter(is_rate_or_component, term.free_symbols)))
     trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))  # without their texts
-    names = sorted(natural_sort_key(s.name) for s in term.free_symbols)
+    names = sorted(natural_sort_key(symbol.name) for symbol in term.free_symbols)
     is_without_angle = not any(letters == "theta" for letters, _ in names)  # False sorts before True
     if not trig_keys and not motion_keys and names:
         return ([], [], is_without_angle, False, names, format_expression(term))

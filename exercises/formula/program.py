@@ -149,7 +149,7 @@ def evaluate(program: Program, values: Mapping[str, np.ndarray], point_count: in
     return select_outputs(program, evaluate_steps(program, values, point_count))
 
 
-def evaluate_variants(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
+def evaluate_trees(nodes: Sequence[Node], values: Mapping[str, np.ndarray], point_count: int) -> np.ndarray:
     """Return the values (trees, points) of trees that share subtrees, without magnitudes.
 
     Subtrees that are the same object are evaluated once. This is faster than a program if many trees differ in a single

@@ -350,7 +350,9 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
     """
     depends_on_joints = bool(find_names(atom.expression) & set(joints))
     other_atoms = (other_atom for other_atom in piece if other_atom is not atom)
-    return depends_on_joints and any(atom.joint in (a.joint, *find_names(a.expression)) for a in other_atoms)
+    return depends_on_joints and any(
+        atom.joint in (other_atom.joint, *find_names(other_atom.expression)) for other_atom in other_atoms
+    )
 
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:

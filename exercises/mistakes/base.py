@@ -35,7 +35,7 @@ class MistakeVariant:
     quizzes, and the same quiz id must always give the same text.
 
     If the mistake can be made at several joints, `joints` are the joints (from 0) at which this variant makes it.
-    `at_joints` returns the variant for other joints.
+    `make_for_joints` returns the variant for other joints.
     """
 
     changes: Mapping[str, Change]
@@ -43,13 +43,13 @@ class MistakeVariant:
     words: Mapping[str, object] = field(default_factory=dict)
     missing_symbols: str = ""
     joints: tuple[int, ...] = ()
-    at_joints: "Callable[[Sequence[int]], MistakeVariant] | None" = None
+    make_for_joints: "Callable[[Sequence[int]], MistakeVariant] | None" = None
 
     def without_idle_joints(self, idle_joints: AbstractSet[int]) -> "MistakeVariant | None":
         """Return the variant without the joints at which it changes nothing; None if fewer than two joints remain."""
         remaining_joints = [joint for joint in self.joints if joint not in idle_joints]
-        if self.at_joints and len(remaining_joints) > 1:
-            return replace(self.at_joints(remaining_joints), joints=tuple(remaining_joints))
+        if self.make_for_joints and len(remaining_joints) > 1:
+            return replace(self.make_for_joints(remaining_joints), joints=tuple(remaining_joints))
         return None
 
 
@@ -188,7 +188,7 @@ def vary_each_joint_and_all(
     for joint in joints:
         yield replace(make_variant([joint]), joints=(joint,))
     if len(joints) > 1:
-        yield replace(make_variant(joints), joints=tuple(joints), at_joints=make_variant)
+        yield replace(make_variant(joints), joints=tuple(joints), make_for_joints=make_variant)
 
 
 def make_joint_words(joints: Sequence[int]) -> dict[str, object]:

@@ -5,6 +5,7 @@ import re
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain as chain_together
 from pathlib import Path
 
 import numpy as np
@@ -61,7 +62,7 @@ SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
 
 CATALOGUE: dict[str, Mistake] = {
     mistake.name: mistake
-    for mistake in sorted((m for section in SECTIONS.values() for m in section), key=lambda mistake: mistake.is_rare)
+    for mistake in sorted(chain_together(*SECTIONS.values()), key=lambda mistake: mistake.is_rare)
 }
 """All mistakes by name, with the rare ones last, because the first mistake that gives a wrong answer is named."""
 
@@ -179,7 +180,9 @@ def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -
         excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}
     likely_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
     next_names = () if is_quantity(formula) else NEAREST_IN_OWN_FORMULAS
-    return sorted(likely_mistakes, key=lambda m: (m.name not in FORMULA_VARIANTS, m.name not in next_names))
+    return sorted(
+        likely_mistakes, key=lambda mistake: (mistake.name not in FORMULA_VARIANTS, mistake.name not in next_names)
+    )
 
 
 def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = False) -> Iterator[PredictedAnswer]:
@@ -208,8 +211,8 @@ def apply_mistake(
     idle_joints = set[int]()
     variants = mistake.generate_variants(stages.chain, (correct_answer.shape[0], correct_answer.shape[1]))
     for variant in (*mistake.generate_formula_variants(stages.chain, part), *variants):
-        effective_variant = variant if variant.at_joints is None else variant.without_idle_joints(idle_joints)
-        if variant.at_joints is not None:
+        effective_variant = variant if variant.make_for_joints is None else variant.without_idle_joints(idle_joints)
+        if variant.make_for_joints is not None:
             idle_joints = set()
         if effective_variant is None:
             continue

@@ -295,7 +295,7 @@ def _split_trig_of_sum(node: Node) -> Iterator[Edit]:
     if len(terms) > 1:
         yield Edit("sum-of-angles-split", _add_terms(_make_trig_of_each_term(node)))
         yield Edit("sum-of-angles-split", _multiply(_make_trig_of_each_term(node)))
-        signed_trigs = [-node.with_args(t.args) if t.kind == "neg" else node.with_args([t]) for t in terms]
+        signed_trigs = [-node.with_args(term.args) if term.kind == "neg" else node.with_args([term]) for term in terms]
         yield Edit("sum-of-angles-split", _add_terms(signed_trigs))  # the minus of a term is moved before the function
         yield Edit("bracket-missing", node.with_args([_add_terms(terms[:-1])]) + terms[-1])
 
@@ -446,7 +446,7 @@ def _find_angles(node: Node) -> Iterator[Node]:
 
 def _scale_constants(factor: Node) -> Callable[[Node], Node]:
     """Return a function that multiplies the constants of a sum of angles by a factor."""
-    return lambda angle: _add_terms([t if find_names(t) else factor * t for t in split_terms(angle)])
+    return lambda angle: _add_terms([term if find_names(term) else factor * term for term in split_terms(angle)])
 
 
 def _keep_last_angle(keeps_constants: bool) -> Callable[[Node], Node]:

@@ -33,8 +33,8 @@ def find_formula(part: Part) -> ast.expr | None:
     """Return the formula of an instructor's question; None for other questions, and for sets, options and texts."""
     if not isinstance(part.details, CustomDetails) or part.answer.offered_options:
         return None
-    maker = part.details.maker
-    return maker.formulas[0] if maker.formulas and not maker.is_set else None
+    evaluator = part.details.evaluator
+    return evaluator.formulas[0] if evaluator.formulas and not evaluator.is_set else None
 
 
 def _vary_formula(
@@ -62,10 +62,10 @@ def _rewrite_each(list_rewritings: Callable[[ast.expr], Iterator[Rewriting]]) ->
 
 
 def _make_variant(part: Part, new_formula: ast.expr, **words: str) -> MistakeVariant:
-    maker = part.details_as(CustomDetails).maker
+    evaluator = part.details_as(CustomDetails).evaluator
 
     def compute_new_formula(stages: StageResults, _: np.ndarray) -> np.ndarray:
-        value = maker.compute_formula(new_formula, stages)
+        value = evaluator.compute_formula(new_formula, stages)
         return value[:, None] if value.ndim == 2 else value
 
     return MistakeVariant({RESULT: compute_new_formula}, words={"Where": ALL_OF_ANSWER, "which": "", **words})
@@ -250,7 +250,7 @@ def _substitute(formula: ast.expr, values: Mapping[str, str]) -> ast.expr:
 
 
 def _list_units(chain: Chain, part: Part) -> dict[str, str]:
-    return part.details_as(CustomDetails).maker.list_units_of_symbols(chain)
+    return part.details_as(CustomDetails).evaluator.list_units_of_symbols(chain)
 
 
 def _forget_factors(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
@@ -301,9 +301,10 @@ def _exchange_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[M
     Lengths are not among them, because another mistake exchanges lengths in the table.
     """
     units = {name: unit for name, unit in _list_units(chain, part).items() if unit != "rad" and not is_length(name)}
-    for one, other in combinations(units, 2):
-        if find_stem(one) == find_stem(other) and units[one] == units[other]:
-            yield _make_variant(part, _substitute(formula, {one: other, other: one}), one=one, other=other)
+    for first_name, second_name in combinations(units, 2):
+        if find_stem(first_name) == find_stem(second_name) and units[first_name] == units[second_name]:
+            new_formula = _substitute(formula, {first_name: second_name, second_name: first_name})
+            yield _make_variant(part, new_formula, one=first_name, other=second_name)
 
 
 def _use_unit_vector(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:

@@ -254,9 +254,8 @@ def _misuse_offsets(factor: int) -> AnswerGenerator:
                 if shifted_components != components:
                     yield _make_answer(shifted_components, joint=str(q))
             if len(offsets) > 1:
-                yield _make_answer(
-                    [_shift_by_offset(c, offsets) for c in components], joint=join_words([*map(str, offsets)])
-                )
+                shifted_components = tuple(_shift_by_offset(component, offsets) for component in components)
+                yield _make_answer(shifted_components, joint=join_words([*map(str, offsets)]))
 
     return _change_sets(generate)
 
@@ -318,7 +317,8 @@ def _join_alternatives(chain: Chain, components: Components) -> Iterator[Mistake
 
 def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers that add an unnecessary condition on another joint to a sufficient condition."""
-    sole_solutions = [c.solutions[0] for c in components if c.solutions and len(c.solutions) == 1]
+    all_solutions = [component.solutions for component in components if component.solutions]
+    sole_solutions = [solutions[0] for solutions in all_solutions if len(solutions) == 1]
     sufficient_values = {(q, value) for q, values in sole_solutions for value in values}
     for k, component in enumerate(components):
         singular_joints = {q for q, _ in component.solutions or ()}

@@ -110,7 +110,8 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         joint = rng.choice(moving_joints)
         wrong_columns = _make_wrong_columns(chain, configuration, joint, jacobian, [i for i in indices if i < 3])
         correct = _round_vector(jacobian.col(joint))
-        candidates = [c for c in map(_round_vector, wrong_columns) if not _are_nearly_parallel(correct, c)]
+        rounded_columns = map(_round_vector, wrong_columns)
+        candidates = [column for column in rounded_columns if not _are_nearly_parallel(correct, column)]
         if candidates:
             options = [option for column in (correct, rng.choice(candidates)) for option in (column, _negate(column))]
             answer, _ = shuffle_options(options, options[0], rng, write_vector)

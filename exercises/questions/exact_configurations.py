@@ -300,7 +300,8 @@ def sample_singular_configurations(chain: Chain, component: Component, count: in
     """
     stream = Stream(f"samples/{component.list_pieces()}")
     sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_varied_lengths=True)
-    return tuple(convert_to_sample(chain, c) for c in (sample() for _ in range(count)) if c is not None)
+    configurations = [sample() for _ in range(count)]
+    return tuple(convert_to_sample(chain, configuration) for configuration in configurations if configuration)
 
 
 @dataclass(frozen=True)
@@ -365,7 +366,9 @@ def _sample_values_on_components(
     for one joint.
     """
     fixed_values: JointValues = {}
-    for component in (component for component in components if component.solutions is not None):
+    for component in components:
+        if component.solutions is None:
+            continue
         values = dict(rng.choice(component.list_value_combinations()))
         if any(fixed_values.get(q, value) != value for q, value in values.items()):
             return None
@@ -373,7 +376,8 @@ def _sample_values_on_components(
     if not all(_is_real(value) for value in fixed_values.values()):
         return None
     sampled_values = sample_joint_values(chain, rng)
-    for condition, *other_conditions in (c.conditions for c in components if c.solutions is None):
+    unsolved_components = [component for component in components if component.solutions is None]
+    for condition, *other_conditions in (component.conditions for component in unsolved_components):
         if other_conditions:
             return None
         free_joints = [q for q in chain.q if condition.has(q) and q not in fixed_values]
@@ -404,7 +408,8 @@ def _sample_unrounded_values_on_components(
     if fixed_values is None:
         return None
     solved_joints = {q for component in solved_components for q, _ in component.solutions or ()}
-    conditions = [c for component in components if component.solutions is None for c in component.conditions]
+    unsolved_components = [component for component in components if component.solutions is None]
+    conditions = [condition for component in unsolved_components for condition in component.conditions]
     grid_joints = [q for q in chain.q if q not in solved_joints and any(condition.has(q) for condition in conditions)]
     if not conditions:
         return fixed_values
@@ -428,7 +433,8 @@ def _sample_unrounded_values_on_components(
     grid_index = rng.choice(zero_indices.tolist())
     joints = {**fixed_values, **{q: steps[q][index] for q, index in zip(grid_joints, grid_index, strict=True)}}
     exact_values = {**lengths, **joints}
-    return joints if all(abs(sp.N(c.xreplace(exact_values), DIGITS)) < ZERO for c in conditions) else None
+    residuals_at_joints = (sp.N(condition.xreplace(exact_values), DIGITS) for condition in conditions)
+    return joints if all(abs(residual) < ZERO for residual in residuals_at_joints) else None
 
 
 def _sample_formulas_on_component(

@@ -85,7 +85,10 @@ class WeldingLine(Configuration):
         q = self.compute_joint_values(chain, s)
         distance = path.arm.evaluate_number(s)
         jacobian = path.arm.compute_task_jacobian(q)
-        joints = [PRECISE_CONTEXT.degrees(v) if j.is_revolute else v for v, j in zip(q, chain.joints, strict=True)]
+        joints = [
+            PRECISE_CONTEXT.degrees(value) if joint.is_revolute else value
+            for value, joint in zip(q, chain.joints, strict=True)
+        ]
         return ResultsAtPoint(
             s=sp.Float(PRECISE_CONTEXT.nstr(distance, 5), 10),
             point=_round(path.compute_point(distance)),

@@ -161,8 +161,13 @@ def _find_lost_vector_objection(chain: Chain) -> str | None:
 def _find_branches_with_vector(chain: Chain) -> list[Branch]:
     """Return the branches that lose one direction, if possible only those with a formula for the direction."""
     symbolic_chain = make_symbolic_arm(chain).chain
-    branches = [b for b in match_branches(chain) if _loses_one_direction(symbolic_chain, b.structure_component)]
-    return [b for b in branches if find_shortest_lost_direction(symbolic_chain, b.structure_component)] or branches
+
+    def has_formula(branch: Branch) -> bool:
+        return find_shortest_lost_direction(symbolic_chain, branch.structure_component) is not None
+
+    all_branches = match_branches(chain)
+    branches = [branch for branch in all_branches if _loses_one_direction(symbolic_chain, branch.structure_component)]
+    return list(filter(has_formula, branches)) or branches
 
 
 @lru_cache(maxsize=1024)

@@ -165,8 +165,8 @@ def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
     if not chain.has_square_jacobian or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):
-        coefficients = [sp.N(c, 20) for c in sp.Poly(sp.expand(factor), *chain.parameters).coeffs()]
-        signs = {bool(c > 0) for c in coefficients if abs(c) > sp.Float("1e-12")}
+        coefficients = [sp.N(value, 20) for value in sp.Poly(sp.expand(factor), *chain.parameters).coeffs()]
+        signs = {bool(value > 0) for value in coefficients if abs(value) > sp.Float("1e-12")}
         if len(signs) > 1:
             return True
     return False
@@ -194,10 +194,10 @@ def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
     """Yield numbers for the symbolic lengths: first different test values, then random values from 0.05 m to 6 m."""
     count = len(_TEST_LENGTHS) if chain.parameters else 1
     for start in range(count):
-        yield {s: _TEST_LENGTHS[(start + 2 * i) % count] for i, s in enumerate(chain.parameters)}
+        yield {symbol: _TEST_LENGTHS[(start + 2 * i) % count] for i, symbol in enumerate(chain.parameters)}
     stream = Stream("lengths that are tried")
     for _ in range(_RANDOM_SET_COUNT * min(len(chain.parameters), 2)):
-        yield {s: sp.Rational(round(5 * 120 ** stream.uniform(0, 1)), 100) for s in chain.parameters}
+        yield {symbol: sp.Rational(round(5 * 120 ** stream.uniform(0, 1)), 100) for symbol in chain.parameters}
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:

@@ -71,8 +71,11 @@ def _blame_by_effect(problem: Problem, part: Part, stream: Stream) -> Mapping[in
         velocity = np.array(parse_vector(option))[:, None, None]
         if _is_effect_of_other_joint(stages, part, velocity):
             blames[index] = (Blame.from_mistake(CATALOGUE["column-of-other-joint"], ()),)
-        elif found := next((prediction for prediction in predictions if _is_near(prediction.answer, velocity)), None):
-            blames[index] = (Blame.from_mistake(found.mistake, found.variant.words.items()),)
+            continue
+        for prediction in predictions:
+            if _is_near(prediction.answer, velocity):
+                blames[index] = (Blame.from_mistake(prediction.mistake, prediction.variant.words.items()),)
+                break
     return blames
 
 

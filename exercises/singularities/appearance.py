@@ -330,7 +330,8 @@ def _find_extreme_origin(chain: Chain, samples: Sequence[Sample]) -> Iterator[St
 def _find_common_direction(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find two joints that move the point along the same line."""
     for pair in combinations(range(chain.point.frame), 2):
-        speeds = [np.linalg.norm(s.arm.compute_jacobian(s.q)[:3, list(pair)], axis=0).min() for s in samples]
+        jacobians = (sample.arm.compute_jacobian(sample.q) for sample in samples)
+        speeds = [np.linalg.norm(jacobian[:3, list(pair)], axis=0).min() for jacobian in jacobians]
         if min(speeds) > NONZERO_THRESHOLD:
             words = f"joints {_join_joint_numbers(pair)} move the point along the same line"
             yield from _yield_if_special(samples, words, partial(measure_common_direction, joints=pair))
@@ -371,7 +372,8 @@ def _make_extension_statement(samples: Sequence[Sample], axis: int, moving_joint
     The arm is folded back if other angles of `moving_joints` reach farther from the axis.
     """
     signs_by_sample = zip(*(_find_extreme_signs(samples, axis, joint) for joint in moving_joints), strict=True)
-    conclusive_samples = [s for s, signs in zip(samples, signs_by_sample, strict=True) if set(signs) != {None}]
+    samples_and_signs = zip(samples, signs_by_sample, strict=True)
+    conclusive_samples = [sample for sample, signs in samples_and_signs if set(signs) != {None}]
     extension_signs = frozenset(_find_extension_sign(sample, axis, moving_joints) for sample in conclusive_samples)
     words = _EXTENSION_WORDS[extension_signs]
     statement = _make_extreme_statement(words, axis, moving_joints, {1, -1})

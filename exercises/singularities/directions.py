@@ -77,7 +77,7 @@ def find_shortest_lost_direction(symbolic_arm: Chain, component: Component) -> L
     short_formulas = [formula for formula in formulas if count_terms(formula.direction, ignored_values=()) <= MAX_TERMS]
     return min(
         short_formulas,
-        key=lambda f: (count_terms(f.direction, ignored_values=()), sp.count_ops(f.direction)),
+        key=lambda formula: (count_terms(formula.direction, ignored_values=()), sp.count_ops(formula.direction)),
         default=None,
     )
 

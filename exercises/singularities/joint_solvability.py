@@ -80,7 +80,7 @@ def drop_redundant(
     """Return conditions without those for which `follows(condition, others)` is true; long ones are dropped first."""
     remaining_conditions = tuple(conditions)
     for condition in sorted(conditions, key=sp.count_ops, reverse=True):
-        other_conditions = tuple(c for c in remaining_conditions if c != condition)
+        other_conditions = tuple(other for other in remaining_conditions if other != condition)
         if other_conditions and follows(condition, other_conditions):
             remaining_conditions = other_conditions
     return remaining_conditions

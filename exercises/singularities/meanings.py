@@ -114,7 +114,8 @@ def find_branch_meanings(
     correct_meaning = next(filter(is_correct, true_meanings), None)
     if correct_meaning is None or not wrong_meanings:
         return None
-    return BranchMeanings(correct_meaning.without_measure(), tuple(m.without_measure() for m in wrong_meanings))
+    stored_wrong_meanings = (meaning.without_measure() for meaning in wrong_meanings)
+    return BranchMeanings(correct_meaning.without_measure(), tuple(stored_wrong_meanings))
 
 
 def _make_meaning(kind: str, joints: Sequence[int], words: str, measure: Measure) -> MeasuredMeaning:

@@ -68,13 +68,13 @@ class FrameJacobian:
 class ReducedCase:
     """The matrix whose rank shows whether J loses rank in one case.
 
-    - `case`: the conditions of the case.
+    - `conditions`: the conditions of the case.
     - `joints`: the joint (counted from 1) to which each column of the matrix belongs; 0 if a column combines two
       joints.
     - `branches`: lists of conditions under which the matrix has less than full rank.
     """
 
-    case: Conjunction
+    conditions: Conjunction
     matrix: sp.ImmutableMatrix
     joints: tuple[int, ...]
     branches: tuple[Conjunction, ...]
@@ -490,5 +490,5 @@ def _eliminate_in_frame(
     def restore(conditions: Conjunction) -> Conjunction:
         return tuple(condition.xreplace(conditions_by_symbol) for condition in conditions)
 
-    cases = tuple(replace(case, case=restore(replace_marks(case.case))) for case in elimination.reduced_cases)
+    cases = tuple(replace(case, conditions=restore(replace_marks(case.conditions))) for case in elimination.reduced_cases)
     return ReciprocalSet(start, cases, tuple(restore(drop_implied(branch, chain.q)) for branch in tidied_branches))

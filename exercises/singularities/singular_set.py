@@ -132,8 +132,9 @@ def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> t
     for condition in conditions:
         joint, values = solve_condition(condition, chain) or (None, ())
         if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
-            other_conditions = (sp.expand(c.xreplace({joint: values[0]})) for c in conditions if c is not condition)
-            conditions = (condition, *(c for c in other_conditions if c != 0))
+            other_conditions = (other for other in conditions if other is not condition)
+            new_conditions = (sp.expand(other.xreplace({joint: values[0]})) for other in other_conditions)
+            conditions = (condition, *(new_condition for new_condition in new_conditions if new_condition != 0))
     return conditions
 
 
@@ -582,7 +583,9 @@ def _follows(condition: sp.Expr, premises: Conjunction, search: Search) -> bool:
     fixed_values = list(filter(None, roots.values()))
     other_premises = [premise for premise in premises if not roots[premise]]
     combinations_of_values = map(dict, product(*fixed_values))
-    return bool(fixed_values) and all(_follows_at(condition, v, other_premises, search) for v in combinations_of_values)
+    return bool(fixed_values) and all(
+        _follows_at(condition, values, other_premises, search) for values in combinations_of_values
+    )
 
 
 def _follows_at(condition: sp.Expr, values: JointValues, other_premises: list[sp.Expr], search: Search) -> bool:

@@ -101,7 +101,12 @@ def _has_free_orientation(chain: Chain) -> bool:
 
 def _cut_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
     """Return samples of arms with a spherical wrist as samples of their first three joints; P is the wrist centre."""
-    return [Sample(s.arm.keep_first_joints(3, (0.0, 0.0, s.arm.fixed_entries[3])), s.q[:3]) for s in samples]
+
+    def cut(sample: Sample) -> Sample:
+        wrist_offset = (0.0, 0.0, sample.arm.fixed_entries[3])
+        return Sample(sample.arm.keep_first_joints(3, wrist_offset), sample.q[:3])
+
+    return list(map(cut, samples))
 
 
 def _compute_ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:

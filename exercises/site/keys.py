@@ -51,7 +51,7 @@ from qdot.exercises.mistakes.configurations import SymbolValues, fix_given_joint
 from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
-from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.custom.question import CustomDetails, DefinitionEvaluator
 from qdot.exercises.questions.results import comes_from_stages, compute_answer
 from qdot.exercises.reference_answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.short_questions.option_mistakes import explain_options
@@ -455,7 +455,7 @@ def _list_variables(problem: Problem) -> tuple[list[str], list[str]]:
 def _write_zeros(problem: Problem, part: Part) -> list[str]:
     """Return the formulas that are zero in an instructor's set of configurations."""
     details = part.details_as(CustomDetails)
-    zeros = QuestionMaker(details.definition).compute_zeros(compute_symbolic_stages(problem.chain), details)
+    zeros = DefinitionEvaluator(details.definition).compute_zeros(compute_symbolic_stages(problem.chain), details)
     return [format_expression(write_in_textbook_form(zero)) for zero in to_sympy_matrix(zeros)]
 
 

@@ -179,7 +179,7 @@ def _collect_remaining_matrices(
     """Return the matrices of cases, without duplicates and with the arm's numbers, each with all of its cases."""
     cases: dict[tuple[sp.ImmutableMatrix, tuple[int, ...], frozenset[sp.Expr]], list[tuple[sp.Expr, ...]]] = {}
     for reduced_case in reduced_cases:
-        case = tuple(condition.xreplace(values) for condition in reduced_case.case)
+        case = tuple(condition.xreplace(values) for condition in reduced_case.conditions)
         (only_branch,) = reduced_case.branches if len(reduced_case.branches) == 1 else ((),)
         minors = frozenset(_scale_coefficients(minor.xreplace(values)) for minor in only_branch)
         cases.setdefault((reduced_case.matrix.xreplace(values), reduced_case.joints, minors), []).append(case)

@@ -16,7 +16,7 @@ from qdot.exercises.arm.kinematics import NumericChain
 from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.formula.program import evaluate
 from qdot.exercises.problem.problem import Part, list_table_numbers
-from qdot.exercises.questions.custom.question import CustomDetails, QuestionMaker
+from qdot.exercises.questions.custom.question import CustomDetails, DefinitionEvaluator
 from qdot.exercises.questions.language import compute
 from qdot.exercises.questions.quantities import (
     NUMPY_FUNCTIONS,
@@ -173,15 +173,15 @@ class GeometryQuantities:
 def check_custom(model: NumericModel, part: Part) -> Checks:
     """Check the answer of a custom question, according to its type."""
     details = part.details_as(CustomDetails)
-    maker = QuestionMaker(details.definition)
+    evaluator = DefinitionEvaluator(details.definition)
     if details.definition.options:
-        yield from _check_options(model, part, maker)
+        yield from _check_options(model, part, evaluator)
     elif isinstance(part.answer, ConditionSet):
-        yield from _check_zeros(model, part.answer, maker)
+        yield from _check_zeros(model, part.answer, evaluator)
     elif isinstance(part.answer, Number):
-        yield _check_number(model, part.answer, details, maker)
-    elif maker.formulas:
-        yield from _check_formula(model, part, maker)
+        yield _check_number(model, part.answer, details, evaluator)
+    elif evaluator.formulas:
+        yield from _check_formula(model, part, evaluator)
 
 
 @lru_cache(maxsize=1)
@@ -200,7 +200,7 @@ MAX_HALVINGS, MIN_PRECISE_SHARE = 6, 1 / 3
 """How often the step of differences is halved, and the share of the samples at which differences must be precise."""
 
 
-def _check_agreement(maker: QuestionMaker, quantities: GeometryQuantities, reference: np.ndarray) -> Check:
+def _check_agreement(evaluator: DefinitionEvaluator, quantities: GeometryQuantities, reference: np.ndarray) -> Check:
     """Check that the reference, (N, rows, columns), agrees with numbers from the geometry and from differences.
 
     The step is halved until two results agree, because the usual step is too long near a pole or a corner. Samples at
@@ -209,8 +209,8 @@ def _check_agreement(maker: QuestionMaker, quantities: GeometryQuantities, refer
     name, expected = "geometry and differences", np.array(np.nan)
     error, coarser_result = np.array(np.inf), expected
     for _ in range(MAX_HALVINGS):
-        value = compute(maker.formulas[0], quantities)
-        result = _convert_to_matrices(select_components(value, maker.definition.rows))
+        value = compute(evaluator.formulas[0], quantities)
+        result = _convert_to_matrices(select_components(value, evaluator.definition.rows))
         with np.errstate(invalid="ignore"):
             scale = 1 + np.abs(result).max(axis=(1, 2))
             difference = np.abs(result - coarser_result).max(axis=(1, 2)) / scale
@@ -227,29 +227,31 @@ def _check_agreement(maker: QuestionMaker, quantities: GeometryQuantities, refer
     return check_agreement(name, reference[is_precise], expected[is_precise], DIFFERENCE_TOLERANCE)
 
 
-def _check_formula(model: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
+def _check_formula(model: NumericModel, part: Part, evaluator: DefinitionEvaluator) -> Checks:
     reference = model.evaluate_printed_formulas(part.answer.as_matrix())
-    yield _check_agreement(maker, _make_quantities(model), reference)
+    yield _check_agreement(evaluator, _make_quantities(model), reference)
     is_varying = bool(np.ptp(reference, axis=0).max() > DIFFERENCE_TOLERANCE)
     detail = "its values differ between configurations" if is_varying else "it is constant"
     yield Check("it varies", is_varying, detail)
 
 
-def _check_number(model: NumericModel, answer: Number, details: CustomDetails, maker: QuestionMaker) -> Check:
+def _check_number(model: NumericModel, answer: Number, details: CustomDetails, evaluator: DefinitionEvaluator) -> Check:
     values = {name: value[:1] for name, value in model.symbol_values.items()}
     given_values = details.list_given_values(model.chain)
     values |= {name: np.array([number]) for name, number in given_values.items()}
     reference = np.array(answer.reference.tolist(), dtype=float)[None]
-    return _check_agreement(maker, GeometryQuantities(model.chain, values), reference)
+    return _check_agreement(evaluator, GeometryQuantities(model.chain, values), reference)
 
 
 # --- options ---
 
 
-def _check_options(model: NumericModel, part: Part, maker: QuestionMaker) -> Checks:
+def _check_options(model: NumericModel, part: Part, evaluator: DefinitionEvaluator) -> Checks:
     """Check that no two options have the same value, at several configurations."""
     details, quantities = part.details_as(CustomDetails), _make_quantities(model)
-    formulas = [(index, formula) for index in details.order if (formula := maker.option_formulas[index]) is not None]
+    formulas = [
+        (index, formula) for index in details.order if (formula := evaluator.option_formulas[index]) is not None
+    ]
     values = [(index, compute(formula, quantities)) for index, formula in formulas]
     pairs = [(first, second) for k, first in enumerate(values) for second in values[k + 1 :]]
     equal_pairs = [
@@ -277,7 +279,7 @@ Function = Callable[[np.ndarray], np.ndarray]
 """A function of configurations (N, n) with values (N, m)."""
 
 
-def _check_zeros(model: NumericModel, answer: ConditionSet, maker: QuestionMaker) -> Checks:
+def _check_zeros(model: NumericModel, answer: ConditionSet, evaluator: DefinitionEvaluator) -> Checks:
     """Check that the formulas vanish at the listed configurations, and that Newton's method finds no other zero."""
     chain = model.chain
     lengths = {symbol.name: float(model.symbol_values[symbol.name][0]) for symbol in chain.parameters}
@@ -287,7 +289,7 @@ def _check_zeros(model: NumericModel, answer: ConditionSet, maker: QuestionMaker
         values |= {name: np.full(len(q), length) for name, length in lengths.items()}
         values |= {joint.name: q[:, i] for i, joint in enumerate(chain.q)}
         quantities = GeometryQuantities(chain, values)
-        return np.stack([compute(formula, quantities) for formula in maker.formulas], axis=1)
+        return np.stack([compute(formula, quantities) for formula in evaluator.formulas], axis=1)
 
     starts = choose_random_configurations(chain, model.rng, START_COUNT)
     zeros = _find_zeros(evaluate_formulas, starts)

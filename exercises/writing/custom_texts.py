@@ -15,7 +15,7 @@ from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.problem.problem import Part, list_table_numbers
 from qdot.exercises.questions.base import Question
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, Texts
-from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, QuestionMaker
+from qdot.exercises.questions.custom.question import CustomDetails, CustomQuestion, DefinitionEvaluator
 from qdot.exercises.questions.custom.texts import split_text
 from qdot.exercises.questions.language import FormulaError, UnknownName
 from qdot.exercises.questions.quantities import name_accelerations, name_load
@@ -113,7 +113,7 @@ def check_given_values(prompt: str, part: Part, wording: "Wording") -> None:
     """
     details = part.details_as(CustomDetails)
     unstated_symbols = [symbol for symbol, text in _write_values(details, wording).items() if text not in prompt]
-    missing_names = QuestionMaker(details.definition).list_needed_values(wording.chain, details, unstated_symbols)
+    missing_names = DefinitionEvaluator(details.definition).list_needed_values(wording.chain, details, unstated_symbols)
     if missing_names:
         raise FormulaError(
             f"the text does not state the given values of {', '.join(missing_names)}; write {{given}}, or "
@@ -140,9 +140,9 @@ def _fill_placeholder(content: str, part: Part, wording: "Wording") -> tuple[str
         return ",$ $".join(texts), True
     if content in values:
         return values[content], True
-    maker = QuestionMaker(details.definition)
+    evaluator = DefinitionEvaluator(details.definition)
     try:
-        return tex(maker.derive_text_formula(content, chain), chain), True
+        return tex(evaluator.derive_text_formula(content, chain), chain), True
     except UnknownName as error:
         if error.name != content:
             raise

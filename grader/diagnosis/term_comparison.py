@@ -13,7 +13,7 @@ from math import prod
 import numpy as np
 
 from qdot.exercises.formula.algebra import expand_terms, split_factors
-from qdot.exercises.formula.program import evaluate_variants
+from qdot.exercises.formula.program import evaluate_trees
 from qdot.exercises.formula.trees import ONE, Node, count_nodes
 from qdot.exercises.mistakes.configurations import SymbolValues
 from qdot.exercises.mistakes.formula_edits import MAX_ENTRY_NODES, MAX_TERMS, exchange_trigs
@@ -207,4 +207,4 @@ def _find_constant_ratio(numerator: np.ndarray, denominator: np.ndarray) -> floa
 
 def evaluate_formulas(nodes: Sequence[Node], values: SymbolValues) -> np.ndarray:
     """Return the values of formulas at N configurations, (formulas, N); nan if a value can't be computed."""
-    return evaluate_variants(nodes, values, len(next(iter(values.values()))))
+    return evaluate_trees(nodes, values, len(next(iter(values.values()))))

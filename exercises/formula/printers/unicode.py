@@ -35,17 +35,17 @@ def _join(*boxes: stringPict | str) -> stringPict:
 
 def _make_grid(rows: Sequence[Sequence[stringPict]], is_aligned: bool) -> stringPict:
     """Return the box of a matrix or, if `is_aligned`, of equations, with no gap between their sides."""
-    columns = max(map(len, rows))
-    widths = [max((row[c].width() for row in rows if c < len(row)), default=0) for c in range(columns)]
+    column_count = max(map(len, rows))
+    widths = [max(row[column].width() for row in rows if column < len(row)) for column in range(column_count)]
     lines: list[str] = []
     is_previous_flat = True
     for row in rows:
         padded_boxes: list[stringPict | str] = []
-        for c, box in enumerate(row):
-            is_left_side = is_aligned and c % 2 == 0
-            padding = " " * (widths[c] - box.width())
+        for column, box in enumerate(row):
+            is_left_side = is_aligned and column % 2 == 0
+            padding = " " * (widths[column] - box.width())
             padded_boxes += [padding, box] if is_left_side else [box, padding]
-            if c < columns - 1 and not is_left_side:
+            if column < column_count - 1 and not is_left_side:
                 padded_boxes.append("  ")
         row_box = _join(*padded_boxes)
         is_flat = row_box.height() == 1

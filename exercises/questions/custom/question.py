@@ -120,9 +120,9 @@ class CustomDetails(Details):
         return make_question(self.definition)
 
     @property
-    def maker(self) -> "QuestionMaker":
+    def evaluator(self) -> "DefinitionEvaluator":
         """The functions that compute the answer."""
-        return QuestionMaker(self.definition)
+        return DefinitionEvaluator(self.definition)
 
     @property
     def all_values(self) -> dict[sp.Symbol, sp.Expr]:
@@ -151,23 +151,23 @@ class CustomQuestion(Question):
 @lru_cache(maxsize=1024)
 def make_question(definition: Definition) -> CustomQuestion:
     """Return the question of a definition. Raises FormulaError if a formula can't be parsed."""
-    maker = QuestionMaker(definition)
+    evaluator = DefinitionEvaluator(definition)
     if definition.options:
-        sample = maker.sample_choice
-    elif maker.is_set:
-        sample = maker.find_zeros
+        sample = evaluator.sample_choice
+    elif evaluator.is_set:
+        sample = evaluator.find_zeros
     elif definition.answer == TEXT_ANSWER:
-        sample = maker.ask_for_words
+        sample = evaluator.ask_for_words
     else:
-        sample = maker.sample_number if definition.given else maker.derive_formulas
-    prerequisites = tuple(dict.fromkeys(name for names in maker.prerequisite_sets for name in names))
+        sample = evaluator.sample_number if definition.given else evaluator.derive_formulas
+    prerequisites = tuple(dict.fromkeys(name for names in evaluator.prerequisite_sets for name in names))
     return CustomQuestion(
         definition.name, definition.texts[0].title, "", definition=definition, points=definition.points,
         rounding=definition.rounding,
-        template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=maker.find_objection,
-        compute=maker.compute_answer if maker.formulas and not maker.is_set else None,
-        compute_zero=maker.compute_zeros if maker.is_set else None,
-        alternative_prerequisites=maker.prerequisite_sets,
+        template="custom", sample=sample, prerequisites=prerequisites, find_arm_objection=evaluator.find_objection,
+        compute=evaluator.compute_answer if evaluator.formulas and not evaluator.is_set else None,
+        compute_zero=evaluator.compute_zeros if evaluator.is_set else None,
+        alternative_prerequisites=evaluator.prerequisite_sets,
         name_entries=lambda chain, details: definition.rows,
     )  # fmt: skip
 
@@ -175,14 +175,14 @@ def make_question(definition: Definition) -> CustomQuestion:
 def check_question_names(definition: Definition, question_names: Collection[str]) -> None:
     """Raise FormulaError if a formula contains the name of a question, unless the name has another meaning."""
     symbol_names = {name for name, _ in definition.units}
-    for formula in QuestionMaker(definition).all_formulas:
+    for formula in DefinitionEvaluator(definition).all_formulas:
         for name in find_names(formula) & set(question_names) - symbol_names:
             if not is_result_or_symbol(name):
                 advice = "a formula can't contain the answer to another question; write the formula of its answer"
                 raise FormulaError(f"{name!r} is a question, and {advice}")
 
 
-class QuestionMaker:
+class DefinitionEvaluator:
     """Computes, samples and checks the answer of a definition.
 
     Every answer is the value of its formulas in the stages of a derivation (`_compute`). The methods return it in four
@@ -230,15 +230,18 @@ class QuestionMaker:
         calls = set().union(*map(find_calls, self.all_formulas))
         is_named = any(name.startswith("qdd") for name in names)
         differentiates_rates = "ddt" in calls and any(name in ("v", "w") or name.startswith("qd") for name in names)
-        return is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(f) for f in self.all_formulas)
+        return is_named or differentiates_rates or any(
+            "ddt(ddt(" in ast.unparse(formula) for formula in self.all_formulas
+        )
 
     def list_new_symbols(self, chain: Chain) -> dict[str, SymbolInfo] | None:
         """Return the symbols of the answer that the arm does not have: accelerations, loads, and symbols with a unit.
         """
         symbols = {name: SymbolInfo("force", unit) for name, unit in self.definition.units}
         if self._uses_accelerations():
-            kinds = zip(name_accelerations(chain), chain.joints, strict=True)
-            symbols |= {name: SymbolInfo("rate", "rad/s^2" if j.is_revolute else "m/s^2") for name, j in kinds}
+            accelerations = zip(name_accelerations(chain), chain.joints, strict=True)
+            units = {name: "rad/s^2" if joint.is_revolute else "m/s^2" for name, joint in accelerations}
+            symbols |= {name: SymbolInfo("rate", unit) for name, unit in units.items()}
         names = {value.name for value in self.definition.given}.union(*map(find_names, self.all_formulas))
         if names & {"f", "force"}:
             symbols = inversion.make_load_symbols(chain) | symbols
@@ -317,9 +320,8 @@ class QuestionMaker:
             if any(number is None for number in numbers):
                 continue
             sample = self._make_numeric_answer(sp.Matrix(matrix.rows, matrix.cols, numbers)), details
-            if not _vanishes_by_chance(chain, details.all_values, fixed_names) and _has_only_true_zeros(
-                matrix, numbers
-            ):
+            has_only_true_zeros = all(number or entry == 0 for entry, number in zip(matrix, numbers, strict=True))
+            if has_only_true_zeros and not _vanishes_by_chance(chain, details.all_values, fixed_names):
                 return sample
             first_sample = first_sample or sample
         return first_sample
@@ -423,7 +425,7 @@ class QuestionMaker:
         if formula is None:
             return self.definition.options[index].content
         matrix = self.derive(chain, formula, self.names_arm_symbols(chain))
-        return format_expression(matrix[0]) if matrix.shape == (1, 1) else str([format_expression(e) for e in matrix])
+        return format_expression(matrix[0]) if matrix.shape == (1, 1) else str(list(map(format_expression, matrix)))
 
     # --- objections ---
 
@@ -433,9 +435,7 @@ class QuestionMaker:
         A number at random values is sampled for the symbolic arm, once for all arms of a class.
         """
         given_values = self.definition.given
-        if (
-            objection := self._find_objection_to_symbols(chain) or self._find_objection_to_given_values(chain)
-        ) is not None:
+        if objection := self._find_objection_to_symbols(chain) or self._find_objection_to_given_values(chain):
             return objection
         is_random = bool(given_values) and all(value.kind or value.name in GIVEN_GROUPS for value in given_values)
         if is_random and self.formulas and not self.names_arm_symbols(chain):
@@ -506,7 +506,7 @@ class QuestionMaker:
                 components = _find_zeros(self.definition, chain)
                 if not components:
                     return self._explain_missing_set(chain, is_everything=components is None)
-                uncertain_components = (c for c in components if not c.has_constant_values)
+                uncertain_components = [component for component in components if not component.has_constant_values]
                 pieces = [piece for component in uncertain_components for piece in component.list_pieces()]
                 empty_piece = next((piece for piece in pieces if not sample_condition(chain, piece, "zeros")), None)
                 if empty_piece is None:
@@ -690,8 +690,8 @@ class QuestionMaker:
 @lru_cache(maxsize=1024)
 def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
     """Return the answer as formulas in textbook form. It is cached, because the question is checked with it first."""
-    maker = QuestionMaker(definition)
-    if maker.names_arm_symbols(chain):
+    evaluator = DefinitionEvaluator(definition)
+    if evaluator.names_arm_symbols(chain):
         return _derive_for_symbolic_arm(definition, chain)
     return sp.ImmutableMatrix(
         derive(chain).substitute_matrix(_derive_for_symbolic_arm(definition, make_symbolic_arm(chain).chain))
@@ -702,14 +702,14 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
 def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
     """Return the answer for a symbolic arm, or for an arm with symbols that the formula names; cached for a class."""
     details = CustomDetails(definition=definition)
-    value = QuestionMaker(definition).compute_answer(derive_reference(chain, {}), details)
+    value = DefinitionEvaluator(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
 
 
 @lru_cache(maxsize=1024)
 def _compute_formulas(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
     """Return the answer as formulas that are not simplified; cached for a whole class."""
-    value = QuestionMaker(definition).compute_answer(
+    value = DefinitionEvaluator(definition).compute_answer(
         compute_symbolic_stages(chain), CustomDetails(definition=definition)
     )
     return sp.ImmutableMatrix(to_sympy_matrix(value))
@@ -718,7 +718,7 @@ def _compute_formulas(definition: Definition, chain: Chain) -> sp.ImmutableMatri
 @lru_cache(maxsize=1024)
 def derive_formulas_of_numbers(definition: Definition, chain: Chain) -> list[list[Node]] | None:
     """Return the formulas behind a numeric answer, in textbook form; None if one of them is long."""
-    matrix = QuestionMaker(definition).compute_symbolic_answer(chain)
+    matrix = DefinitionEvaluator(definition).compute_symbolic_answer(chain)
     if any(sp.count_ops(entry) > MAX_EDITED_OPERATIONS for entry in matrix):
         return None
     names = frozenset(symbol.name for symbol in matrix.free_symbols)
@@ -729,12 +729,12 @@ def derive_formulas_of_numbers(definition: Definition, chain: Chain) -> list[lis
 @lru_cache(maxsize=1024)
 def _find_zeros(definition: Definition, chain: Chain) -> tuple[Component, ...] | None:
     """Return the configurations at which the formulas of a definition are all zero; cached."""
-    return QuestionMaker(definition).derive_zeros(chain)
+    return DefinitionEvaluator(definition).derive_zeros(chain)
 
 
 @lru_cache(maxsize=4096)
 def _find_objection(definition: Definition, chain: Chain) -> str | None:
-    return QuestionMaker(definition).find_objection_to_arm(chain)
+    return DefinitionEvaluator(definition).find_objection_to_arm(chain)
 
 
 def _simplify(entry: sp.Expr) -> sp.Expr:
@@ -796,11 +796,6 @@ def _evaluate(entry: sp.Expr, values: Mapping[sp.Symbol, sp.Expr]) -> sp.Expr | 
         )
     is_finite = number.is_real and number.is_finite
     return sp.Float(f"{float(number):.10g}") if is_finite else None
-
-
-def _has_only_true_zeros(matrix: sp.Matrix, numbers: Sequence[sp.Expr | None]) -> bool:
-    """Return whether every entry that is 0 at the given values is always 0."""
-    return all(number or entry == 0 for entry, number in zip(matrix, numbers, strict=True))
 
 
 def _vanishes_by_chance(chain: Chain, values: Mapping[sp.Symbol, sp.Expr], fixed_names: AbstractSet[str]) -> bool:

@@ -221,9 +221,10 @@ def _validate(file: TomlFile, name: str, table: dict[str, Any], errors: ErrorLis
         return QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
         reported_types = ("extra_forbidden", "missing")  # check_keys has reported these
-        details = [d for d in error.errors() if len(d["loc"]) > 2 or d["type"] not in reported_types]
-        for key in dict.fromkeys(detail["loc"][0] for detail in details):
-            key_path, form = _find_invalid_value(table, [d["loc"] for d in details if d["loc"][0] == key])
+        new_errors = (item for item in error.errors() if len(item["loc"]) > 2 or item["type"] not in reported_types)
+        locations = [item["loc"] for item in new_errors]
+        for key in dict.fromkeys(location[0] for location in locations):
+            key_path, form = _find_invalid_value(table, [location for location in locations if location[0] == key])
             with errors.collect(), file.locate_errors("question", name, *key_path):
                 raise QdotError(form) from None
     return None

@@ -28,7 +28,7 @@ from qdot.exercises.arm.kinematics import compute_link_frames
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.parser import parse_formula
-from qdot.exercises.formula.program import evaluate_variants
+from qdot.exercises.formula.program import evaluate_trees
 from qdot.exercises.formula.trees import find_names
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.robots.robot_file import Robot, read_robot_file
@@ -122,7 +122,7 @@ def _evaluate_formula(text: str, values: Values) -> np.ndarray:
     """Evaluate a book's formula, (points,)."""
     node, points = parse_formula(text), len(values["x"])
     assert find_names(node) <= {*values, "pi"}, text
-    results = evaluate_variants([node], values, points)[0]
+    results = evaluate_trees([node], values, points)[0]
     assert np.isfinite(results).all() and np.abs(results.imag).max() < 1e-12, text
     return np.asarray(results.real)
 
