@@ -28,7 +28,7 @@ _UNITS: dict[str, str] = VOCABULARY["units"]
 """Maps each unit to the text that converts the number before the unit to SI units, such as /100 for cm."""
 
 
-def _pattern_of_units(units: Iterable[str]) -> str:
+def _make_unit_pattern(units: Iterable[str]) -> str:
     """Return a regular expression for any of these units, which may have spaces around their slash, as in rad / s."""
     return "|".join(re.escape(unit).replace("/", " ?/ ?") for unit in sorted(units, key=len, reverse=True))
 
@@ -39,7 +39,7 @@ def _normalize_unit(typed_unit: str) -> str:
 
 
 _BEFORE_UNIT = VOCABULARY["patterns"]["before_unit"]
-_FINAL_UNIT_PATTERN = re.compile(f"{_BEFORE_UNIT}({_pattern_of_units(_UNITS)})$")
+_FINAL_UNIT_PATTERN = re.compile(f"{_BEFORE_UNIT}({_make_unit_pattern(_UNITS)})$")
 
 _WHOLE_NUMBER_NAMES, _BEFORE_WHOLE_NUMBERS = VOCABULARY["whole_numbers"], tuple(VOCABULARY["before_whole_numbers"])
 
@@ -106,7 +106,7 @@ def _name_rates_and_entries(text: str, known_symbols: AbstractSet[str]) -> str:
 
 _NUMBER, _AFTER_UNIT = VOCABULARY["patterns"]["number_before_unit"], VOCABULARY["patterns"]["after_unit"]
 """Regular expressions for a number before a unit, and for what may follow the unit (a lookahead)."""
-_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_pattern_of_units(_UNITS)}){_AFTER_UNIT}")
+_NUMBER_WITH_UNIT_PATTERN = re.compile(f"{_NUMBER}({_make_unit_pattern(_UNITS)}){_AFTER_UNIT}")
 
 
 def convert_units(text: str, known_symbols: AbstractSet[str]) -> str:
@@ -124,7 +124,7 @@ def convert_units(text: str, known_symbols: AbstractSet[str]) -> str:
 
 
 _DECIMAL, _LENGTHS = VOCABULARY["patterns"]["decimal_before_length"], VOCABULARY["lengths"]
-_LENGTH_WITH_COMMA_PATTERN = re.compile(f"{_DECIMAL}({_pattern_of_units(_LENGTHS)}){_AFTER_UNIT}")
+_LENGTH_WITH_COMMA_PATTERN = re.compile(f"{_DECIMAL}({_make_unit_pattern(_LENGTHS)}){_AFTER_UNIT}")
 
 
 def use_points_in_lengths(text: str) -> str:

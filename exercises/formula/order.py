@@ -34,7 +34,7 @@ _RATE_PATTERN = re.compile(r"qd\d+")
 
 
 @lru_cache(maxsize=4096)
-def natural_sort_key(name: str) -> SortKey:
+def make_natural_sort_key(name: str) -> SortKey:
     """Return a key that sorts names by their letters, then by their numbers: a2 before a10."""
     match = re.fullmatch(r"(.*?)(\d*)", name)
     assert match is not None
@@ -58,7 +58,7 @@ def _make_term_key(term: sp.Expr) -> SortKey:
     """Return a key that sorts terms by rate or velocity, then by their sines and cosines, then by their symbols."""
     motion_keys = sorted(map(_make_motion_key, filter(is_rate_or_component, term.free_symbols)))
     trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))  # without their texts
-    names = sorted(natural_sort_key(symbol.name) for symbol in term.free_symbols)
+    names = sorted(make_natural_sort_key(symbol.name) for symbol in term.free_symbols)
     is_without_angle = not any(letters == "theta" for letters, _ in names)  # False sorts before True
     if not trig_keys and not motion_keys and names:
         return ([], [], is_without_angle, False, names, format_expression(term))
@@ -84,7 +84,7 @@ def _make_factor_key(factor: sp.Expr) -> SortKey:
     if base.is_number:
         return (0, format_expression(factor))
     if base.is_Symbol:
-        return (6, _make_motion_key(base)) if is_rate_or_component(base) else (1, natural_sort_key(base.name))
+        return (6, _make_motion_key(base)) if is_rate_or_component(base) else (1, make_natural_sort_key(base.name))
     if isinstance(base, (sp.sin, sp.cos)):
         return (3 if find_joint_sum_digits(base.args[0]) is not None else 5, _make_trig_key(base))
     if base.is_Add and all(map(is_rate_or_component, base.free_symbols)):

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from qdot.exercises.formula.order import natural_sort_key
+from qdot.exercises.formula.order import make_natural_sort_key
 from qdot.exercises.formula.printers.python import MAX_CODE_WIDTH
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def write_setup_cell(problems: "Problems") -> str:
         for name, info in problem.symbols.items():
             names_by_role.setdefault(info.role, {})[name] = None
     has_custom_questions = any(part.details.question for _, problem in problems for part in problem.parts)
-    names = (sorted(names, key=natural_sort_key) for names in names_by_role.values())
+    names = (sorted(names, key=make_natural_sort_key) for names in names_by_role.values())
     return write_setup_cell_for_names(*names, has_custom_questions=has_custom_questions)
 
 

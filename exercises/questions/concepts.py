@@ -113,7 +113,8 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         rounded_columns = map(_round_vector, wrong_columns)
         candidates = [column for column in rounded_columns if not _are_nearly_parallel(correct, column)]
         if candidates:
-            options = [option for column in (correct, rng.choice(candidates)) for option in (column, _negate(column))]
+            columns = (correct, rng.choice(candidates))
+            options = [tuple(sign * value for value in column) for column in columns for sign in (1, -1)]
             answer, _ = shuffle_options(options, options[0], rng, write_vector)
             return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows)
     return None
@@ -154,20 +155,7 @@ def _compute_norm(vector: Iterable[sp.Expr]) -> float:
 
 
 def _round_vector(vector: sp.Matrix) -> RoundedVector:
-    return tuple(_round_to(value, 3) for value in vector)
-
-
-def _round_to(value: sp.Expr, decimals: int) -> sp.Rational:
-    return sp.Rational(round_to_integer(sp.Float(value, 30) * 10**decimals), 10**decimals)
-
-
-def _negate(vector: RoundedVector) -> RoundedVector:
-    return tuple(-value for value in vector)
-
-
-def _differ_clearly(a: RoundedVector, b: RoundedVector) -> bool:
-    distance = _compute_norm(x - y for x, y in zip(a, b, strict=True))
-    return distance > MIN_OPTION_DIFFERENCE * max(_compute_norm(a), _compute_norm(b))
+    return tuple(sp.Rational(round_to_integer(sp.Float(value, 30) * 1000), 1000) for value in vector)
 
 
 def write_vector(vector: RoundedVector) -> str:
@@ -258,8 +246,9 @@ def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
 def _are_nearly_parallel(a: RoundedVector, b: RoundedVector) -> bool:
     """Return whether a vector is nearly a multiple, perhaps a negative multiple, of another vector."""
     product = sum(x * y for x, y in zip(a, b, strict=True))
-    projection = tuple(product / sum(x**2 for x in a) * x for x in a)
-    return not _differ_clearly(b, projection)
+    projection = [product / sum(x**2 for x in a) * x for x in a]
+    distance = _compute_norm(y - x for y, x in zip(b, projection, strict=True))
+    return distance <= MIN_OPTION_DIFFERENCE * max(_compute_norm(b), _compute_norm(projection))
 
 
 QUESTIONS = (

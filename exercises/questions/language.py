@@ -95,20 +95,20 @@ class Quantities(Protocol):
     def look_up(self, name: str) -> np.ndarray | None:
         """Return the value of a name, or of a formula such as "det(J)" that is a quantity; None if there is none."""
 
-    def constant(self, value: Fraction) -> np.ndarray:
+    def make_constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Apply one of SCALAR_FUNCTIONS to each entry."""
 
-    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    def differentiate(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the rate of change of a formula if the symbols change at the given rates."""
 
     @property
     def time_rates(self) -> Mapping[str, np.ndarray]:
         """The rate of each symbol that changes with time."""
 
-    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    def substitute_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula with other values of some symbols."""
 
 
@@ -209,7 +209,7 @@ def compute(formula: ast.expr, quantities: Quantities) -> np.ndarray:
     if (value := quantities.look_up(ast.unparse(formula))) is not None:
         return value
     if isinstance(formula, ast.Constant):
-        return quantities.constant(Fraction(str(formula.value)))
+        return quantities.make_constant(Fraction(str(formula.value)))
     if isinstance(formula, ast.Name):
         if formula.id in (*SCALAR_FUNCTIONS, *MATRIX_FUNCTIONS, *SPECIAL_FUNCTIONS):
             raise FormulaError(f"{formula.id!r} is a function; write its arguments in brackets, as in {formula.id}(…)")
@@ -372,19 +372,19 @@ def _invert(matrix: np.ndarray, formula: ast.expr) -> np.ndarray:
         return np.asarray(cofactors.swapaxes(0, 1) / determinant(matrix))
 
 
-def _cross(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _compute_cross_product(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     if len(a) != 3 or len(b) != 3:
         raise _make_shape_error(formula, a, b)
     return cross(a, b)
 
 
-def _dot(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _compute_dot_product(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     if len(a) != len(b):
         raise _make_shape_error(formula, a, b)
     return np.asarray((a * b).sum(axis=0))
 
 
-def _least_norm(formula: ast.expr, matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _compute_least_norm_vector(formula: ast.expr, matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Return M^T (M M^T)^-1 v, the shortest vector that the matrix M maps to the vector v."""
     if len(matrix) != len(vector) or len(matrix) > matrix.shape[1]:
         raise _make_shape_error(formula, matrix, vector)
@@ -396,15 +396,15 @@ MATRIX_FUNCTIONS: dict[str, tuple[tuple[int, ...], Callable[..., np.ndarray]]] =
     "det": ((2,), lambda formula, a: determinant(_require_square(formula, a))),
     "inv": ((2,), lambda formula, a: _invert(a, formula)),
     "transpose": ((2,), lambda formula, a: np.asarray(a.swapaxes(0, 1))),
-    "cross": ((1, 1), _cross),
-    "dot": ((1, 1), _dot),
-    "least_norm": ((2, 1), _least_norm),
+    "cross": ((1, 1), _compute_cross_product),
+    "dot": ((1, 1), _compute_dot_product),
+    "least_norm": ((2, 1), _compute_least_norm_vector),
 }
 """Maps each function of vectors and matrices to the numbers of axes of its arguments, and to a function that computes
 it."""
 
 
-def _norm(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+def _compute_norm(formula: ast.Call, quantities: Quantities) -> np.ndarray:
     (vector,) = _check_arguments(formula, [compute(argument, quantities) for argument in formula.args], (1,))
     return quantities.apply("sqrt", np.asarray((vector * vector).sum(axis=0)))
 
@@ -414,7 +414,7 @@ def _differentiate(formula: ast.Call, quantities: Quantities) -> np.ndarray:
     match formula.args:
         case [operand, ast.Name(id=name)]:
             _require_symbol(name, quantities)
-            return quantities.derivative(operand, {name: quantities.constant(Fraction(1))})
+            return quantities.differentiate(operand, {name: quantities.make_constant(Fraction(1))})
     raise FormulaError(f"{ast.unparse(formula)!r}: write diff(f, theta1), with a formula and a symbol")
 
 
@@ -422,7 +422,7 @@ def _differentiate_by_time(formula: ast.Call, quantities: Quantities) -> np.ndar
     """Return ddt(f): the derivative of f with respect to time."""
     if len(formula.args) != 1:
         raise FormulaError(f"{ast.unparse(formula)!r}: ddt needs one formula, as in ddt(p)")
-    return quantities.derivative(formula.args[0], quantities.time_rates)
+    return quantities.differentiate(formula.args[0], quantities.time_rates)
 
 
 def _substitute(formula: ast.Call, quantities: Quantities) -> np.ndarray:
@@ -436,7 +436,7 @@ def _substitute(formula: ast.Call, quantities: Quantities) -> np.ndarray:
         values[name] = compute(keyword.value, quantities)
         if count_axes(values[name]):
             raise FormulaError(f"{ast.unparse(formula)!r}: the value of {name} must be a number")
-    return quantities.with_values(formula.args[0], values)
+    return quantities.substitute_values(formula.args[0], values)
 
 
 def _require_symbol(name: str, quantities: Quantities) -> None:
@@ -450,6 +450,6 @@ def _require_symbol(name: str, quantities: Quantities) -> None:
 
 
 SPECIAL_FUNCTIONS: dict[str, Callable[[ast.Call, Quantities], np.ndarray]] = {
-    "norm": _norm, "diff": _differentiate, "ddt": _differentiate_by_time, "at": _substitute,
+    "norm": _compute_norm, "diff": _differentiate, "ddt": _differentiate_by_time, "at": _substitute,
 }  # fmt: skip
 """The functions that need more than the values of their arguments."""

@@ -176,19 +176,19 @@ class StageQuantities(ABC):
         """Return an origin or an axis of a frame, or the rotation or transform from one frame to another."""
         stages = self.stages
         if letter == "o":
-            return self._origin(first_frame)
+            return self._find_origin(first_frame)
         if letter in AXES:
             return compute_convention_rotation(stages, first_frame)[:, AXES[letter]]
         to_first = compute_convention_rotation(stages, first_frame).swapaxes(0, 1)
         rotation = matrix_product(to_first, compute_convention_rotation(stages, last_frame))
         if letter == "R":
             return rotation
-        origin = apply_matrix(to_first, self._origin(last_frame) - self._origin(first_frame))
-        zero, one = self.constant(Fraction(0)), self.constant(Fraction(1))
+        origin = apply_matrix(to_first, self._find_origin(last_frame) - self._find_origin(first_frame))
+        zero, one = self.make_constant(Fraction(0)), self.make_constant(Fraction(1))
         upper_rows = np.concatenate([rotation, origin[:, None]], axis=1)
         return np.concatenate([upper_rows, np.stack([zero, zero, zero, one])[None]])
 
-    def _origin(self, frame: int) -> np.ndarray:
+    def _find_origin(self, frame: int) -> np.ndarray:
         """Return the origin of a frame of the arm's convention, (3, …)."""
         if not convention_of(self.stages.chain).is_proximal:
             return np.asarray(self.stages["origins"][frame])
@@ -196,7 +196,7 @@ class StageQuantities(ABC):
             return np.asarray(self.stages["origins on axes"][frame - 1])
         return np.asarray(self.stages.arithmetic.drop_derivatives(self.stages["table"].base[0]))
 
-    def constant(self, value: Fraction) -> np.ndarray:
+    def make_constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""
         return self.stages.arithmetic.make_constant(sp.Rational(value.numerator, value.denominator))
 
@@ -213,11 +213,11 @@ class StageQuantities(ABC):
         """Return a function of each entry."""
 
     @abstractmethod
-    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    def differentiate(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the derivative of a formula while the symbols change at the given rates."""
 
     @abstractmethod
-    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    def substitute_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula with other values of some symbols."""
 
 
@@ -252,11 +252,11 @@ class NumericQuantities(StageQuantities):
         with np.errstate(all="ignore"):
             return np.asarray(NUMPY_FUNCTIONS[function](value))
 
-    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    def differentiate(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the derivative by central differences."""
         return differentiate_numerically(self, formula, rates, STEP)
 
-    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    def substitute_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula at other configurations, with the same mistakes in the stages."""
         stages, arithmetic = self.stages, self.stages.arithmetic
         assert isinstance(arithmetic, NumericArithmetic)
@@ -279,7 +279,8 @@ def differentiate_numerically(
     for step_count, weight in STENCIL:
         for shift in (step_count * step, -step_count * step):
             shifted_values = {name: quantities.get_si_value(name) + shift * rate for name, rate in rates.items()}
-            derivative = derivative + step_count * weight / shift * quantities.with_values(formula, shifted_values)
+            value = quantities.substitute_values(formula, shifted_values)
+            derivative = derivative + step_count * weight / shift * value
     return np.asarray(derivative)
 
 
@@ -288,9 +289,9 @@ class SymbolicQuantities(StageQuantities):
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Return a function of each entry."""
-        return self._for_each_entry(getattr(sp, {"abs": "Abs"}.get(function, function)), value)
+        return self._map_entries(getattr(sp, {"abs": "Abs"}.get(function, function)), value)
 
-    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    def differentiate(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the sum of the partial derivatives, each times its rate."""
         value = compute(formula, self)
 
@@ -305,15 +306,15 @@ class SymbolicQuantities(StageQuantities):
             original_symbols = {real_symbol: symbol for symbol, real_symbol in real_symbols.items()}
             return sp.Add(*(derivative.xreplace(original_symbols) * rate for derivative, rate in derivatives))
 
-        return self._for_each_entry(differentiate, value)
+        return self._map_entries(differentiate, value)
 
-    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    def substitute_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula in which expressions replace symbols."""
         substitution = {sp.Symbol(name): value[0] for name, value in values.items()}
-        return self._for_each_entry(lambda entry: entry.xreplace(substitution), compute(formula, self))
+        return self._map_entries(lambda entry: entry.xreplace(substitution), compute(formula, self))
 
     @staticmethod
-    def _for_each_entry(function: Callable[[sp.Expr], sp.Expr], value: np.ndarray) -> np.ndarray:
+    def _map_entries(function: Callable[[sp.Expr], sp.Expr], value: np.ndarray) -> np.ndarray:
         return np.asarray(np.frompyfunc(lambda entry: function(sp.sympify(entry)), 1, 1)(value))
 
 
@@ -322,23 +323,23 @@ class TreeQuantities(StageQuantities):
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Return a function of each entry."""
-        return self._for_each_entry(lambda node: algebra.apply_function(function, node), value)
+        return self._map_entries(lambda node: algebra.apply_function(function, node), value)
 
-    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    def differentiate(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the sum of the partial derivatives, each times its rate. Raises ParseError if there is none."""
 
         def differentiate(node: Node) -> Node:
             return sum((algebra.differentiate(node, name) * rate[0] for name, rate in rates.items()), ZERO)
 
-        return self._for_each_entry(differentiate, compute(formula, self))
+        return self._map_entries(differentiate, compute(formula, self))
 
-    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    def substitute_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula in which trees replace symbols."""
         trees = {name: value[0] for name, value in values.items()}
-        return self._for_each_entry(lambda node: replace_names(node, trees), compute(formula, self))
+        return self._map_entries(lambda node: replace_names(node, trees), compute(formula, self))
 
     @staticmethod
-    def _for_each_entry(function: Callable[[Node], Node], value: np.ndarray) -> np.ndarray:
+    def _map_entries(function: Callable[[Node], Node], value: np.ndarray) -> np.ndarray:
         return np.asarray(np.frompyfunc(function, 1, 1)(value))
 
 

@@ -490,5 +490,7 @@ def _eliminate_in_frame(
     def restore(conditions: Conjunction) -> Conjunction:
         return tuple(condition.xreplace(conditions_by_symbol) for condition in conditions)
 
-    cases = tuple(replace(case, conditions=restore(replace_marks(case.conditions))) for case in elimination.reduced_cases)
-    return ReciprocalSet(start, cases, tuple(restore(drop_implied(branch, chain.q)) for branch in tidied_branches))
+    cases = elimination.reduced_cases
+    restored_cases = tuple(replace(case, conditions=restore(replace_marks(case.conditions))) for case in cases)
+    restored_branches = tuple(restore(drop_implied(branch, chain.q)) for branch in tidied_branches)
+    return ReciprocalSet(start, restored_cases, restored_branches)

@@ -138,7 +138,7 @@ class GeometryQuantities:
     def _invert(pose: np.ndarray) -> np.ndarray:
         return np.moveaxis(np.linalg.inv(np.moveaxis(pose, -1, 0)), 0, -1)
 
-    def constant(self, value: Fraction) -> np.ndarray:
+    def make_constant(self, value: Fraction) -> np.ndarray:
         """Return a number, (N,)."""
         return np.full(self.count, float(value))
 
@@ -155,7 +155,7 @@ class GeometryQuantities:
         accelerations = zip(chain.rates, name_accelerations(chain), strict=True)
         return rates | {rate.name: self.values[name] for rate, name in accelerations if name in self.values}
 
-    def derivative(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
+    def differentiate(self, formula: ast.expr, rates: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the derivative by central differences; the formula is evaluated once, at all steps together."""
         shifts = self.step * np.array([sign * steps for steps, _ in STENCIL for sign in (1, -1)])
         weights = np.array([sign * weight / self.step for _, weight in STENCIL for sign in (1, -1)])
@@ -165,7 +165,7 @@ class GeometryQuantities:
         results = compute(formula, GeometryQuantities(self.chain, values, self.step))
         return np.asarray(results.reshape(*results.shape[:-1], self.count, len(shifts)) @ weights)
 
-    def with_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
+    def substitute_values(self, formula: ast.expr, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the value of a formula at other values of some symbols."""
         return compute(formula, GeometryQuantities(self.chain, {**self.values, **values}, self.step))
 
@@ -249,10 +249,8 @@ def _check_number(model: NumericModel, answer: Number, details: CustomDetails, e
 def _check_options(model: NumericModel, part: Part, evaluator: DefinitionEvaluator) -> Checks:
     """Check that no two options have the same value, at several configurations."""
     details, quantities = part.details_as(CustomDetails), _make_quantities(model)
-    formulas = [
-        (index, formula) for index in details.order if (formula := evaluator.option_formulas[index]) is not None
-    ]
-    values = [(index, compute(formula, quantities)) for index, formula in formulas]
+    formulas = ((index, evaluator.option_formulas[index]) for index in details.order)
+    values = [(index, compute(formula, quantities)) for index, formula in formulas if formula is not None]
     pairs = [(first, second) for k, first in enumerate(values) for second in values[k + 1 :]]
     equal_pairs = [
         f"{details.definition.options[i].content} and {details.definition.options[j].content}"

@@ -14,7 +14,7 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.derivation.derivation import Derivation, derive
-from qdot.exercises.formula.order import natural_sort_key
+from qdot.exercises.formula.order import make_natural_sort_key
 from qdot.exercises.questions.wrist import derive_blocks, find_block_objection
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.exercises.writing.latex import tex
@@ -45,7 +45,7 @@ class HintContext:
 
     def list_symbols(self, matrix: sp.Matrix) -> list[str]:
         """Return the symbols in a matrix, joint variables first, as LaTeX."""
-        symbols = sorted(matrix.free_symbols, key=lambda s: (s not in self.chain.q, natural_sort_key(s.name)))
+        symbols = sorted(matrix.free_symbols, key=lambda s: (s not in self.chain.q, make_natural_sort_key(s.name)))
         return [tex(symbol, self.chain) for symbol in symbols]
 
     def name_variables(self, formula: sp.Expr) -> str:

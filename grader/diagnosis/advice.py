@@ -16,7 +16,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.figure.lettering import write_symbol
 from qdot.exercises.formula.conditions import ConfigurationSpace, compare_sets
-from qdot.exercises.formula.order import natural_sort_key
+from qdot.exercises.formula.order import make_natural_sort_key
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, find_names
@@ -200,7 +200,7 @@ def _remark_on_symbols(
     """
     values_before = pair.evaluate(values)
     relevant_names = []
-    for name in sorted(names, key=natural_sort_key):
+    for name in sorted(names, key=make_natural_sort_key):
         values_after = pair.evaluate({**values, name: values[name] + JOINT_CHANGE})
         if [*map(_has_changed, values_after, values_before)] == [not are_missing, are_missing]:
             relevant_names.append(name)
