@@ -333,7 +333,7 @@ class ConfigurationSpace:
         The condition sin(theta1 + theta2) = 0 has two pieces.
         """
         pieces = [piece for condition in conditions for piece in parse_pieces(condition, self.joints)]
-        return [part for piece in pieces for part in split_zeros(piece, self.angles)]
+        return [smaller_piece for piece in pieces for smaller_piece in split_zeros(piece, self.angles)]
 
     def collect_names(self, unions: Sequence[Sequence[Piece]]) -> set[str]:
         """Return all joints, and every other name in the unions of pieces."""

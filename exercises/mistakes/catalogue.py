@@ -94,7 +94,7 @@ SIGN_MISTAKES_THROUGHOUT = frozenset({
 })  # fmt: skip
 """The mistakes that explain why all signs of an answer are wrong."""
 
-NEAREST_IN_OWN_FORMULAS = {
+LIKELIEST_IN_OWN_QUESTIONS = {
     *FORMULA_VARIANTS, "length-forgotten", "distance-forgotten", "rows-exchanged",
 } - {"cross-terms-missing"}  # fmt: skip
 """The likeliest mistakes in an instructor's question: a mistake in the formula, a length that is missing everywhere,
@@ -179,9 +179,9 @@ def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -
     if not (names_jacobian or names_velocity):
         excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}
     likely_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
-    next_names = () if is_quantity(formula) else NEAREST_IN_OWN_FORMULAS
+    likeliest_names = () if is_quantity(formula) else LIKELIEST_IN_OWN_QUESTIONS
     return sorted(
-        likely_mistakes, key=lambda mistake: (mistake.name not in FORMULA_VARIANTS, mistake.name not in next_names)
+        likely_mistakes, key=lambda mistake: (mistake.name not in FORMULA_VARIANTS, mistake.name not in likeliest_names)
     )
 
 
@@ -217,11 +217,11 @@ def apply_mistake(
         if effective_variant is None:
             continue
         changes: dict[str, Change] = dict(effective_variant.changes)
-        stages_of_each_way = [stages.with_mistakes(changes)]
+        stages_of_each_derivation = [stages.with_mistakes(changes)]
         if _POSITION_STAGES & changes.keys() and "linear rows" not in changes:
-            stages_of_each_way.append(stages.with_mistakes({**changes, "linear rows": propagate_linear_rows}))
+            stages_of_each_derivation.append(stages.with_mistakes({**changes, "linear rows": propagate_linear_rows}))
         answers = []
-        for mistaken_stages in stages_of_each_way:
+        for mistaken_stages in stages_of_each_derivation:
             answer = _compute_result(mistaken_stages, part)
             if answer is not None:
                 answers.append(answer)

@@ -158,7 +158,7 @@ def _replace_norm(*new_formulas: str) -> Callable[[ast.expr], Iterator[Rewriting
         match node:
             case ast.Call(func=ast.Name(id="norm"), args=[vector]):
                 pass
-            case ast.Call(func=ast.Name(id="sqrt"), args=[radicand]) if components := _list_squared(radicand):
+            case ast.Call(func=ast.Name(id="sqrt"), args=[radicand]) if components := _list_squared_bases(radicand):
                 vector = ast.List(components)
             case _:
                 return None
@@ -167,14 +167,14 @@ def _replace_norm(*new_formulas: str) -> Callable[[ast.expr], Iterator[Rewriting
     return lambda formula: (partial(replace, new_formula=text) for text in new_formulas)
 
 
-def _list_squared(radicand: ast.expr) -> list[ast.expr]:
+def _list_squared_bases(radicand: ast.expr) -> list[ast.expr]:
     """Return the bases in a square or a sum of squares; [] for any other formula."""
     match radicand:
         case ast.BinOp(left=base, op=ast.Pow(), right=ast.Constant(value=2)):
             return [base]
         case ast.BinOp(left=left, op=ast.Add(), right=right):
-            parts = [_list_squared(left), _list_squared(right)]
-            return [*parts[0], *parts[1]] if all(parts) else []
+            left_bases, right_bases = _list_squared_bases(left), _list_squared_bases(right)
+            return [*left_bases, *right_bases] if left_bases and right_bases else []
     return []
 
 

@@ -92,7 +92,8 @@ def compute_share_of_entries(
     >>> compute_share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
     Fraction(2, 3)
     """
-    nonzero_results = [is_same for is_same, zero in zip(is_correct, is_zero, strict=True) if not zero]
+    entries = zip(is_correct, is_zero, strict=True)
+    nonzero_results = [is_right for is_right, should_be_zero in entries if not should_be_zero]
     results = nonzero_results or list(is_correct)
     earned_count = min(sum(results) - count_spoiled_zeros(is_correct, is_zero, is_blank), len(results) - 1)
     return max(Fraction(0), Fraction(earned_count, len(results)))
@@ -105,8 +106,10 @@ def count_spoiled_zeros(
 
     Return 0 if the reference has only zeros.
     """
+    if all(is_zero):
+        return 0
     entries = zip(is_correct, is_zero, is_blank or [False] * len(is_correct), strict=True)
-    return 0 if all(is_zero) else sum(zero and not is_same and not blank for is_same, zero, blank in entries)
+    return sum(should_be_zero and not (is_right or has_blank) for is_right, should_be_zero, has_blank in entries)
 
 
 def compute_share_of_columns(is_correct: Sequence[bool]) -> Fraction:

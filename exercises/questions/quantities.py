@@ -184,9 +184,9 @@ class StageQuantities(ABC):
         if letter == "R":
             return rotation
         origin = apply_matrix(to_first, self._find_origin(last_frame) - self._find_origin(first_frame))
-        zero, one = self.make_constant(Fraction(0)), self.make_constant(Fraction(1))
         upper_rows = np.concatenate([rotation, origin[:, None]], axis=1)
-        return np.concatenate([upper_rows, np.stack([zero, zero, zero, one])[None]])
+        last_row = np.stack([self.make_constant(Fraction(value)) for value in (0, 0, 0, 1)])
+        return np.concatenate([upper_rows, last_row[None]])
 
     def _find_origin(self, frame: int) -> np.ndarray:
         """Return the origin of a frame of the arm's convention, (3, …)."""

@@ -16,7 +16,7 @@ from qdot.exercises.questions.base import shuffle_options
 from qdot.exercises.questions.exact_configurations import ExactConfiguration
 from qdot.exercises.reference_answers import Choice
 
-Formula: TypeAlias = Any
+OptionContent: TypeAlias = Any
 """A SymPy matrix, a SymPy expression, or the components of a singular set."""
 
 PREFERRED_LENGTH_RATIO, MAX_LENGTH_RATIO = 1.35, 2.0
@@ -62,7 +62,7 @@ class Blame:
 class OfferedOption:
     """One option: its content, and the mistakes that lead to it (none for a correct option)."""
 
-    content: Formula = field(metadata=recorded_as("shown"))
+    content: OptionContent = field(metadata=recorded_as("shown"))
     blames: tuple[Blame, ...] = field(default=(), metadata=recorded_as("behind"))
 
     @property
@@ -76,7 +76,7 @@ class OfferedOption:
         return isinstance(self.content, sp.MatrixBase) and self.content.rows > 1
 
     @property
-    def formula(self) -> Formula:
+    def formula(self) -> OptionContent:
         """The content without the matrix brackets of a single entry."""
         is_single_entry = isinstance(self.content, sp.MatrixBase) and self.content.shape == (1, 1)
         return self.content[0] if is_single_entry else self.content

@@ -297,8 +297,8 @@ def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
     samples = Domain(make_domain(chain).roles).sample(names, count, Stream("quiz"))
-    outcomes = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # at least one symbol
-    values = outcomes.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
+    all_values = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # at least one symbol
+    values = all_values.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 
 

@@ -102,9 +102,9 @@ def find_branch_meanings(
     if len(samples) < MIN_SAMPLE_COUNT:
         return None
     meanings = list_candidate_meanings(chain, samples)
-    outcomes = [(meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings]
-    true_meanings = [meaning for meaning, outcome in outcomes if outcome == {True}]
-    wrong_meanings = [meaning for meaning, outcome in outcomes if outcome == {False}]
+    truth_values = [(meaning, {holds(chain, meaning, sample) for sample in samples}) for meaning in meanings]
+    true_meanings = [meaning for meaning, values in truth_values if values == {True}]
+    wrong_meanings = [meaning for meaning, values in truth_values if values == {False}]
 
     def is_correct(meaning: MeasuredMeaning) -> bool:
         if not is_reason(chain, samples, meaning.measure, lambda sample: holds(chain, meaning, sample) is True):

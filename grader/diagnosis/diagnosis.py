@@ -20,7 +20,7 @@ from qdot.exercises.formula.units import find_units
 from qdot.exercises.mistakes.catalogue import (
     CATALOGUE,
     FORMULA_VARIANTS,
-    NEAREST_IN_OWN_FORMULAS,
+    LIKELIEST_IN_OWN_QUESTIONS,
     SIGN_MISTAKES_AT_ONE_PLACE,
     SIGN_MISTAKES_THROUGHOUT,
     PredictedAnswer,
@@ -295,7 +295,7 @@ def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAn
     if formula is None or not predictions or answer.part.type == "number":
         return None
     nearest_mistakes = NEAREST_MISTAKES_IN_QUANTITIES if is_quantity(formula) else NEAREST_MISTAKES
-    if any(prediction.mistake.name in NEAREST_IN_OWN_FORMULAS for prediction in predictions):
+    if any(prediction.mistake.name in LIKELIEST_IN_OWN_QUESTIONS for prediction in predictions):
         return None
     searches = (_explain_formulas, partial(_explain_formulas, allows_any_number=True), _explain_terms)
     for diagnosis in (search(answer) for search in searches):
