@@ -207,7 +207,7 @@ def recorded_as(name: str) -> dict[str, str]:
 class Details:
     """What a part states or uses besides its answer, such as a configuration, options, or steps to the answer.
 
-    Prompts, solutions and the grader use the details. Questions with other details have their own subclasses.
+    Prompts, solutions and the grader use the details. Questions that need other fields have subclasses.
 
     - `symbols` are symbols that answers may use in addition to those of the arm, such as forces.
     - `units` are the units of the answer's entries, if they are formulas.

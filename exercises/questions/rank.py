@@ -62,7 +62,9 @@ MEANING_SAMPLE_COUNT, KIND_SAMPLE_COUNT = 8, 60
 
 @lru_cache(maxsize=1024)
 def _find_sets_with_larger_rank_loss(symbolic_chain: Chain) -> tuple[tuple[int, ...], ...]:
-    """Return the sets of components (by index) on whose intersection a structure loses more than one rank."""
+    """Return the sets of components (by index) on whose intersection the rank of a structure's J drops by more than
+    one.
+    """
     components = find_singular_set(symbolic_chain) or ()
     lost_ranks = range(2, compute_full_rank(symbolic_chain) + 1)
 
@@ -78,7 +80,7 @@ _sample_with_formulas = partial(sample_singular_configuration, needs_no_rounding
 
 
 def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfiguration | None:
-    """Return a random configuration at which J loses more than one rank, or None if none is found."""
+    """Return a random configuration at which the rank of J drops by more than one, or None if none is found."""
     symbolic_chain, substitute = make_symbolic_arm(chain).chain, derive(chain).substitute_values
     symbolic_components = find_singular_set(symbolic_chain) or ()
     max_rank = compute_full_rank(chain) - 2
@@ -109,7 +111,8 @@ class RankDetails(ConfigurationDetails):
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose how much rank is lost, then sample a configuration without rounded values, which would have full rank."""
+    """Choose by how much the rank drops, then sample a configuration, without rounding, which would restore full rank.
+    """
     samplers: tuple[Sampler, ...] = (
         sample_regular_configuration,
         _sample_with_single_rank_loss,

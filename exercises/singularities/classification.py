@@ -196,7 +196,7 @@ def _classify_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Clas
 
 
 def split_by_value(component: Component, classification: Classification) -> list[tuple[ValueCombination, Component]]:
-    """Split a component by its combinations of joint values; return [] if all parts have the same classification.
+    """Split a component by its combinations of joint values; return [] if there are too many, or if no parts differ.
 
     Parts may differ in their kind or in what their configurations look like.
     """

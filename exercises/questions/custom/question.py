@@ -476,7 +476,7 @@ class DefinitionEvaluator:
         return KeyReason(f"units.{name}", f"{name} is a name of the arm, so its unit is known; leave it out here")
 
     def list_units_of_symbols(self, chain: Chain) -> dict[str, str]:
-        """Return the unit of each symbol that an answer may contain, and of each number in the arm's table."""
+        """Return the unit of each symbol that an answer may contain, and of each numeric length in the arm's table."""
         units = dict.fromkeys([*map(str, chain.parameters), *list_table_numbers(chain)], "m")
         for q, rate, joint in zip(chain.q, chain.rates, chain.joints, strict=True):
             units |= {q.name: "m", rate.name: "m/s"} if joint.is_prismatic else {q.name: "rad", rate.name: "rad/s"}
