@@ -62,9 +62,7 @@ MEANING_SAMPLE_COUNT, KIND_SAMPLE_COUNT = 8, 60
 
 @lru_cache(maxsize=1024)
 def _find_sets_with_larger_rank_loss(symbolic_chain: Chain) -> tuple[tuple[int, ...], ...]:
-    """Return the sets of components (by index) on whose intersection the rank of a structure's J drops by more than
-    one.
-    """
+    """Return sets of components (by index) on whose intersection the rank of a structure's J drops by more than one."""
     components = find_singular_set(symbolic_chain) or ()
     lost_ranks = range(2, compute_full_rank(symbolic_chain) + 1)
 
