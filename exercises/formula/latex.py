@@ -128,8 +128,7 @@ class _Reader:
         return Layout("script", "", (base, subscript, superscript))
 
     def read_argument(self) -> Layout:
-        """Return the next argument: a group in braces, a command, or one character (of a number, only the first digit).
-        """
+        """Return the next argument: a group in braces, a command, or one character (of a number, its first digit)."""
         symbol = self.tokens[-1] if self.tokens else ""
         if symbol.isdigit() and len(symbol) > 1:
             self.tokens[-1:] = [symbol[1:], symbol[0]]

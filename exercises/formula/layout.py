@@ -139,8 +139,7 @@ def get_script_base(piece: Layout) -> Layout:
 
 
 def can_end_term(piece: Layout | None) -> bool:
-    """Return whether a piece can end a term. After such a piece, a plus or minus is an operator, not a number's sign.
-    """
+    """Return whether a piece can end a term, so that a plus or minus after it is an operator, not a number's sign."""
     return piece is not None and piece not in _PIECES_BEFORE_NUMBER_SIGN
 
 

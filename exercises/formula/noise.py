@@ -15,8 +15,7 @@ BOUNDED_FUNCTIONS = ("sin", "cos")
 
 @dataclass(frozen=True)
 class _Term:
-    """A tree, the absolute value of its numeric coefficient (nan if unknown), and the tree's value if it is a number.
-    """
+    """A tree, the absolute value of its numeric coefficient (nan if unknown), and its value if it is a number."""
 
     tree: Node
     coefficient_size: float

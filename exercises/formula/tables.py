@@ -43,8 +43,7 @@ def convert_table(text: str, shape: tuple[int, int]) -> str | None:
 
 
 def _split_into_tables(text: str, row_count: int, column_count: int) -> Iterator[_Cells]:
-    """Yield the cells of a text for each combination of a row separator (line break, semicolon) and an entry separator.
-    """
+    """Yield the cells of a text for each pair of a row separator (line break, semicolon) and an entry separator."""
     lines = text.split("\n")
     markdown_rule = PATTERNS["rule_of_markdown"].fullmatch
     is_markdown = any(map(markdown_rule, lines))

@@ -38,8 +38,7 @@ def _has_wide_jacobian(chain: Chain) -> bool:
 
 
 def _vary_if_wide(stage: str, *changes: Change) -> VariantGenerator:
-    """Return a function that yields one variant for each change of a stage, if the arm has more joints than J has rows.
-    """
+    """Return a function that yields a variant for each change of a stage, if J has more columns than rows."""
     return combine(*(vary_if(_has_wide_jacobian, {stage: change}) for change in changes))
 
 

@@ -61,8 +61,7 @@ SECTIONS: dict[str, tuple[Mistake, ...]] = _read_sections()
 """The mistakes, by the titles of the sections of catalogue.toml."""
 
 CATALOGUE: dict[str, Mistake] = {
-    mistake.name: mistake
-    for mistake in sorted(chain_together(*SECTIONS.values()), key=lambda mistake: mistake.is_rare)
+    mistake.name: mistake for mistake in sorted(chain_together(*SECTIONS.values()), key=lambda mistake: mistake.is_rare)
 }
 """All mistakes by name, with the rare ones last, because the first mistake that gives a wrong answer is named."""
 

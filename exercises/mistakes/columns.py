@@ -107,8 +107,7 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
 
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-    """Return the derivatives, in which later link vectors replace their derivatives with respect to a revolute joint.
-    """
+    """Return the derivatives, in which later link vectors replace their derivatives by the angle of a joint."""
     new_derivatives = np.array(link_derivatives)
     links = stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"]))
     for joint in list_joints_of_kind(stages, REVOLUTE):

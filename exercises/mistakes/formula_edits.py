@@ -277,8 +277,7 @@ def add_quarter_turn(node: Node) -> Node:
 
 
 def find_stem(name: str) -> str:
-    """Return the first letters of a name, which similar names such as theta1 and theta2, or fy and fz, have in common.
-    """
+    """Return the first letters of a name, which similar names, such as theta1 and theta2 or fy and fz, share."""
     return name[:-1] if len(name) == 2 and name[-1] in "xyz" else name.rstrip("0123456789")
 
 

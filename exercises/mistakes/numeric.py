@@ -27,8 +27,7 @@ from qdot.exercises.reference_answers import Number
 
 
 def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with angles in degrees: all angles of the table, only joint variables, or only those of the base.
-    """
+    """Yield variants with angles in degrees: all angles of the table, only joint variables, or only base angles."""
     revolute_joints = chain.revolute_joints
     if revolute_joints:
         yield MistakeVariant({"table": scale_angles(180 / sp.pi)})

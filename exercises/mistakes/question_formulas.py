@@ -278,8 +278,7 @@ def _omit_number(node: ast.expr) -> ast.expr | None:
 
 
 def _leave_out_symbols(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield variants without one component of the load or of the task velocity, or without one joint rate in a number.
-    """
+    """Yield variants without one component of the load or task velocity, or without one joint rate in a number."""
     for name in [*_list_components(chain, part), *(rate.name for rate in chain.rates if part.type == "number")]:
         yield _make_variant(part, _substitute(formula, {name: "0"}), symbol=name)
 
@@ -316,8 +315,7 @@ def _use_unit_vector(formula: ast.expr, chain: Chain, part: Part) -> Iterator[Mi
 
 
 def _drop_cross_terms(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield the variant that adds the results for each joint rate alone, in a formula with squares, such as an energy.
-    """
+    """Yield the variant that adds the results for each joint rate alone, in a formula with squares (an energy)."""
     names, text = [rate.name for rate in chain.rates], ast.unparse(formula)
     square_count = text.count("** 2") + text.count("dot(")
     if len(names) > 1 and square_count > text.count("norm(") and "sqrt(" not in text:

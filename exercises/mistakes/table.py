@@ -80,8 +80,7 @@ def _find_link_row(stages: StageResults, index: int) -> int:
 def _change_each_row(
     applies: Callable[[Joint], bool], change: Callable[[StageResults, TableRow], dict[str, Any]]
 ) -> VariantGenerator:
-    """Return a function that yields one variant for each row that `applies` accepts, with changed entries in this row.
-    """
+    """Return a function that yields a variant for each row that `applies` accepts, with changed entries in this row."""
     return lambda chain, _: (_change_row(i, change) for i, row in enumerate(convention_of(chain).rows) if applies(row))
 
 
@@ -238,8 +237,7 @@ def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant with the last frame's origin instead of P, or with the origin before it if P is in that frame.
-    """
+    """Yield the variant with the last frame's origin instead of P, or the origin before it if P is in that frame."""
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_point_to_earlier_origin}, words={"frame": chain.n - 1})
@@ -254,8 +252,7 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
-    """Return a modified table with the lengths after the second-last origin set to zero, so that P is at this origin.
-    """
+    """Return a table with the lengths after the second-last origin set to zero, so that P is at this origin."""
     second_last_row, last_row = table.rows[-2:]
     table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
     table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)

@@ -50,8 +50,7 @@ class AxesDetails(Details):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisDetails(ResultChoiceDetails):
-    """Details of a question about one component of the velocity of P: its axis ("x", "y" or "z") and its row (0 to 2).
-    """
+    """Details of a question about one component of the velocity of P: its axis ("x", "y" or "z") and row (0 to 2)."""
 
     axis: str
     row: int

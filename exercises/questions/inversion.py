@@ -172,8 +172,7 @@ RATE_PREREQUISITES = (("inverse-velocity",), ("inverse-jacobian",), *INVERSE_PRE
 
 @dataclass(frozen=True, kw_only=True)
 class LoadDetails(Details):
-    """Details of a question about joint torques: the force or moment that the arm exerts, with one entry per task row.
-    """
+    """Details of a question about joint torques: the force or moment that the arm exerts (one entry per task row)."""
 
     force: sp.Matrix
 

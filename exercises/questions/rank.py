@@ -109,8 +109,7 @@ class RankDetails(ConfigurationDetails):
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose by how much the rank drops, then sample a configuration, without rounding, which would restore full rank.
-    """
+    """Choose by how much the rank drops, then sample a configuration; rounding it would restore full rank."""
     samplers: tuple[Sampler, ...] = (
         sample_regular_configuration,
         _sample_with_single_rank_loss,
@@ -194,8 +193,7 @@ class JacobianOnBranch:
 
 @dataclass(frozen=True, kw_only=True)
 class LostDirectionDetails(Details):
-    """Details about the direction that is lost if some joints have given values and the other joints have any values.
-    """
+    """Details about the direction that is lost if some joints have given values, whatever the values of the others."""
 
     jacobian_on_branch: JacobianOnBranch = field(metadata=recorded_as("lost"))
 
@@ -310,8 +308,7 @@ class MeaningDetails(Details):
 
 
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Offer the correct meaning and a wrong one, each with both kinds, or several meanings if there is no common kind.
-    """
+    """Offer the correct and a wrong meaning, each with both kinds, or several meanings if there is no common kind."""
     for branch, meanings in _iterate_branches_with_meaning(chain, rng.permutation(match_branches(chain))):
         configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
         if configuration is None:

@@ -52,8 +52,7 @@ def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
 
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm with a symbolic angle in its table, because no number is sampled for it, or None.
-    """
+    """Return an objection to an arm with a symbolic angle in its table, for which no number is sampled, or None."""
     angles = [symbol.name for symbol in chain.parameters if is_angle_symbol(symbol)]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
@@ -67,8 +66,7 @@ def _find_rank_objection(chain: Chain) -> str | None:
 
 
 def _find_redundancy_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm that is not redundant, never has full rank, or has a joint without effect, or None.
-    """
+    """Return an objection if the arm is not redundant, never has full rank, or has a joint without effect, or None."""
     m, n = len(chain.task), chain.n
     if n <= m:
         task = ", ".join(chain.task)

@@ -39,8 +39,7 @@ MAX_JOINTS = 4
 
 @dataclass(frozen=True)
 class Screw:
-    """The screw of a joint: the direction of its axis (3 x 1), a point on the axis (3 x 1, m), and (omega, v) (6 x 1).
-    """
+    """The screw of a joint: direction of its axis (3 x 1), a point on the axis (3 x 1, m), and (omega, v) (6 x 1)."""
 
     number: int
     kind: str
@@ -304,8 +303,7 @@ def _get_twist_row_order(chain: Chain) -> Sequence[int]:
 
 
 def _order_adjoint(chain: Chain, adjoint: np.ndarray) -> np.ndarray:
-    """Return an adjoint, (6, 6, …), with rows and columns reordered from (omega, v) to the arm's twist order, or back.
-    """
+    """Return an adjoint, (6, 6, …), with rows and columns reordered from (omega, v) to the arm's order, or back."""
     return np.asarray(adjoint[_get_twist_row_order(chain)][:, _get_twist_row_order(chain)])
 
 

@@ -1,5 +1,4 @@
-"""The options of a short question (formulas, sets or configurations), and the mistakes that lead to the wrong options.
-"""
+"""The options of a short question (formulas, sets or configurations), and the mistakes that give the wrong ones."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -27,8 +26,7 @@ SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
 
 
 def is_plausible(mistake: Mistake) -> bool:
-    """Return whether options may be based on a mistake, which must be neither rare nor visible without a calculation.
-    """
+    """Return whether options may be based on a mistake, which must not be rare or visible without a calculation."""
     return not mistake.is_rare and mistake.name not in SELF_EVIDENT_MISTAKES
 
 

@@ -86,8 +86,7 @@ class OptionSubject:
 
 @dataclass(frozen=True)
 class _Variant:
-    """A variant of a mistake: the mistake with its words, the numeric answer that it gives, and its changes of stages.
-    """
+    """A variant of a mistake: the mistake with its words, the numeric answer it gives, and its changes of stages."""
 
     blame: Blame
     values: np.ndarray
@@ -130,8 +129,7 @@ def _compute_subject(stages: StageResults, subject: OptionSubject) -> np.ndarray
 
 @lru_cache(maxsize=512)
 def _find_variants(symbolic_chain: Chain, subject: OptionSubject) -> tuple[_Variant, ...]:
-    """Return the variants of mistakes that change the result that options show, only one variant for each wrong result.
-    """
+    """Return the variants of mistakes that change the result that options show, one for each wrong result."""
     stages, correct = _evaluate_correct_answer(symbolic_chain, subject)
     variants: list[_Variant] = []
     for prediction in predict_wrong_answers(stages, ask_base_question(symbolic_chain, subject.base_question)):

@@ -1,5 +1,4 @@
-"""Rate how hard an arm is to work through by hand: by a number (the difficulty), and by a band from 0 to 4 (hardest).
-"""
+"""Rate how hard an arm is to work through by hand: by a number (the difficulty) and a band from 0 to 4 (hardest)."""
 
 from functools import lru_cache
 

@@ -265,8 +265,7 @@ class _Elimination:
         return list(filter(self.search.contains_joints, common_factors))
 
     def _find_pivot(self, matrix: sp.Matrix) -> tuple[int, int] | None:
-        """Return the row and the column of a nonzero constant entry in the row and column with the most zeros, or None.
-        """
+        """Return the row and column of a nonzero constant entry with the most zeros in its row and column, or None."""
         keys = []
         for r, c in product(range(matrix.rows), range(matrix.cols)):
             entry, row, column = matrix[r, c], matrix.row(r), matrix.col(c)

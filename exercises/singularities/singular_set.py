@@ -611,8 +611,7 @@ def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
-    """Drop duplicates, and conjunctions that imply another conjunction, because that one contains their configurations.
-    """
+    """Drop duplicates, and conjunctions that imply another one, because that one contains their configurations."""
     result = list(dict.fromkeys(c for c in conjunctions if not any(set(other) < set(c) for other in conjunctions)))
     for conjunction in sorted(result, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
         other_conjunctions = (c for c in result if c != conjunction)

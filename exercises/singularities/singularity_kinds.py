@@ -225,8 +225,7 @@ angle."""
 
 
 def _find_least_reached_direction(lost_basis: np.ndarray, bending: "_Bending") -> np.ndarray:
-    """Return for each sample the combination of two lost directions (k x m) along which small motions reach the least.
-    """
+    """Return per sample the combination of two lost directions (k x m) along which small motions reach the least."""
     forms = np.stack([_compute_quadratic_forms(lost_basis[..., column], bending) for column in range(2)])
     angles = np.tile(np.arange(0, 2 * np.pi, _DIRECTION_STEP), (len(lost_basis), 1))
     for round_number in range(_REFINEMENT_ROUNDS):

@@ -1,5 +1,4 @@
-"""Define the data by which an instructor defines a question: its texts, and the formula or the options of its answer.
-"""
+"""The data by which an instructor defines a question: its texts, and the formula or the options of its answer."""
 
 import hashlib
 from collections.abc import Callable, Mapping

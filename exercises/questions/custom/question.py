@@ -230,13 +230,12 @@ class DefinitionEvaluator:
         calls = set().union(*map(find_calls, self.all_formulas))
         is_named = any(name.startswith("qdd") for name in names)
         differentiates_rates = "ddt" in calls and any(name in ("v", "w") or name.startswith("qd") for name in names)
-        return is_named or differentiates_rates or any(
-            "ddt(ddt(" in ast.unparse(formula) for formula in self.all_formulas
+        return (
+            is_named or differentiates_rates or any("ddt(ddt(" in ast.unparse(formula) for formula in self.all_formulas)
         )
 
     def list_new_symbols(self, chain: Chain) -> dict[str, SymbolInfo] | None:
-        """Return the symbols of the answer that the arm does not have: accelerations, loads, and symbols with a unit.
-        """
+        """Return the symbols of the answer that the arm lacks: accelerations, loads, and symbols with a unit."""
         symbols = {name: SymbolInfo("force", unit) for name, unit in self.definition.units}
         if self._uses_accelerations():
             accelerations = zip(name_accelerations(chain), chain.joints, strict=True)
@@ -296,8 +295,7 @@ class DefinitionEvaluator:
         return matrix[0] if matrix.shape == (1, 1) else matrix
 
     def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
-        """Return whether formulas (by default those of answer and options) name joint variables or lengths of the arm.
-        """
+        """Return whether formulas (by default, of answer and options) name joint variables or lengths of the arm."""
         searched_formulas = formulas or self.all_formulas
         arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         nodes = (node for formula in searched_formulas for node in ast.walk(formula))
@@ -816,8 +814,7 @@ def _vanishes_by_chance(chain: Chain, values: Mapping[sp.Symbol, sp.Expr], fixed
 
 
 def _sample_value(given_value: GivenValue, rng: Stream) -> sp.Expr:
-    """Return a random value of a kind: angles in steps of 5 degrees, other values with at most two significant digits.
-    """
+    """Return a random value: angles in steps of 5 degrees, other values with at most two significant digits."""
     if given_value.kind == "angle":
         return sp.pi * sp.Rational(rng.integer(-35, 35), 36)
     if given_value.kind == "length":

@@ -19,8 +19,8 @@ from qdot.exercises.formula.field import (
     USES_PER_FIELD,
     Field,
     SharedField,
-    choose_integer_below,
     choose_field,
+    choose_integer_below,
     is_prime,
 )
 from qdot.exercises.formula.parser import parse_formula
@@ -102,7 +102,9 @@ def test_primality_test_is_correct() -> None:
 def test_prime_is_valid_at_both_ends_of_the_range(highest: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     """Numbers counted up from the lowest, or down from the highest, replace random ones."""
     samples = count()
-    monkeypatch.setattr(field, "choose_integer_below", lambda _, limit: limit - 1 - next(samples) if highest else next(samples))
+    monkeypatch.setattr(
+        field, "choose_integer_below", lambda _, limit: limit - 1 - next(samples) if highest else next(samples)
+    )
     chosen = choose_field(Stream("none"))
     first = 2**PRIME_BITS // ROOT_ORDER * ROOT_ORDER + ROOT_ORDER + 1
     last = 2 ** (PRIME_BITS + 1) // ROOT_ORDER * ROOT_ORDER + 1
@@ -113,7 +115,9 @@ def test_prime_is_valid_at_both_ends_of_the_range(highest: bool, monkeypatch: py
 
 def test_root_of_unity_has_full_order(monkeypatch: pytest.MonkeyPatch) -> None:
     left, samples = [1440 * 7 - 1, 0, 1], count(2)
-    monkeypatch.setattr(field, "choose_integer_below", lambda _, limit: min(left.pop(), limit - 1) if left else next(samples))
+    monkeypatch.setattr(
+        field, "choose_integer_below", lambda _, limit: min(left.pop(), limit - 1) if left else next(samples)
+    )
     root = field._choose_root(SMALL[-1], Stream("none"))
     assert pow(root, ROOT_ORDER, SMALL[-1]) == 1
     assert all(pow(root, ROOT_ORDER // q, SMALL[-1]) != 1 for q in (2, 3, 5))
