@@ -123,7 +123,7 @@ class _CompiledPiece:
         """Move the free joints onto the zeros by minimum-norm Gauss-Newton steps.
 
         Return for each configuration whether its search converged. A search stops when the steps, not the residuals,
-        are tiny, because a residual of 1e-14 is still 1e-7 away from the double zero of sin(theta)^2. If no search
+        are tiny, because sin(theta)^2 is only 1e-14 at a distance of 1e-7 from its double zero. If no search
         converges, as for sqrt(s1^2 + s2^2), all searches are repeated with the squares of the expressions.
         """
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
@@ -167,7 +167,7 @@ class _CompiledPiece:
         return np.asarray(is_near & ((last_steps < _CONVERGED_STEP) | (not self.free_joints)))
 
     def _polish(self, values: dict[str, np.ndarray], typical_size: np.ndarray) -> np.ndarray:
-        """Move configurations near a double zero, as of det(J J^T), to a zero of the gradient.
+        """Move configurations near a double zero, such as those of det(J J^T), to a zero of the gradient.
 
         Return the size of each configuration's last step; inf if the configuration was not moved. Near a double zero,
         the expression determines only half of the configuration's digits. The gradient, computed by complex steps,

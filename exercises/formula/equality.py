@@ -38,7 +38,7 @@ POINT_COUNT, POINT_COUNT_BRANCHING = 50, 2000
 WRONG_SHARE, WRONG_SHARE_BRANCHING = 0.5, 0.02
 """The bound of a numeric comparison holds for answers that are wrong at this fraction of the points or more."""
 READABLE_POINTS = 8
-"""Number of points, at the beginning, whose values have two decimals, so that people can check a counterexample."""
+"""Number of points whose values have two decimals, so that people can check a counterexample. They come first."""
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
 """Minimum numbers of digits of a typed decimal that counts as a printed double, and of a problem's number that is a
@@ -120,7 +120,7 @@ class Rounding:
     """The error that an assignment allows for decimals: relative to the value's size, or absolute in SI units.
 
     `words` describe the error, as in "to three significant digits" or "within 0.01 rad/s". If the entries of a vector
-    have different absolute errors, `errors_of_entries` are these, and `absolute` is the smallest of them.
+    have different absolute errors, `errors_of_entries` holds all of them, and `absolute` is the smallest.
     """
 
     relative: float = 0.0

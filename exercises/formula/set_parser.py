@@ -246,7 +246,7 @@ def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
 
 
 def _strip_powers(node: Node) -> Node:
-    """Return X for sqrt(X), X^4, X - 0 etc. X has the same zeros, and also derivatives at its zeros."""
+    """Return X for sqrt(X), X^4, -X or X - 0, which have the same zeros, but not always derivatives at them."""
     while True:
         is_minus_zero = node.kind == "-" and _is_zero(node.args[1])
         if node.kind == "-" and _is_zero(node.args[0]):  # the answer was 0 = X

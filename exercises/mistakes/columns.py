@@ -45,7 +45,7 @@ from qdot.exercises.mistakes.position import find_first_joint_of_run, list_nonze
 
 
 def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
-    """Return a function that yields variants with the contribution of one link to one column times a factor.
+    """Return a function that yields variants with the contribution of one link to one column multiplied by a factor.
 
     Only columns with contributions from at least `min_terms` links are changed.
     """
@@ -61,7 +61,7 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
 
 
 def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-    """Return the derivatives, in which those of all but the link directly after each joint are zero."""
+    """Return the derivatives, with zeros for all links except the one directly after each joint."""
     later_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
     return np.asarray(scale_entries(later_links, factor=0)(stages, link_derivatives))
 
@@ -107,7 +107,7 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
 
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
-    """Return the derivatives, in which later link vectors replace their derivatives by the angle of a joint."""
+    """Return the derivatives, but for revolute joints the link vectors themselves instead of their derivatives."""
     new_derivatives = np.array(link_derivatives)
     links = stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"]))
     for joint in list_joints_of_kind(stages, REVOLUTE):

@@ -128,7 +128,7 @@ def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: boo
 
 
 def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
-    """Return conditions in which the value of a prismatic joint, which one condition determines, is substituted."""
+    """Return conditions with the value of a prismatic joint substituted if one of the conditions determines it."""
     for condition in conditions:
         joint, values = solve_condition(condition, chain) or (None, ())
         if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
@@ -158,7 +158,7 @@ def never_vanishes(condition: sp.Expr, chain: Chain) -> bool:
 
 
 def _find_components(derivation: Derivation) -> tuple[Component, ...] | None:
-    """Return the components of the singular set that lie in no other one; None if every configuration is singular."""
+    """Return the components of the singular set, none inside another; None if every configuration is singular."""
     zeros = _find_zeros(derivation, derivation.symbolic_minors)
     if zeros is None:
         return None
@@ -611,7 +611,7 @@ def _find_roots(condition: sp.Expr, search: Search) -> list[tuple[sp.Symbol, sp.
 
 
 def _drop_subsumed(conjunctions: list[Conjunction], search: Search) -> list[Conjunction]:
-    """Drop duplicates, and conjunctions that imply another one, because that one contains their configurations."""
+    """Drop duplicates, and conjunctions that imply another one, which contains all their configurations."""
     result = list(dict.fromkeys(c for c in conjunctions if not any(set(other) < set(c) for other in conjunctions)))
     for conjunction in sorted(result, key=lambda c: (len(c), sp.count_ops(sp.Add(*c))), reverse=True):
         other_conjunctions = (c for c in result if c != conjunction)

@@ -1,7 +1,8 @@
 """Make a question from an instructor's definition: compute its answer, and decide to which arms it applies.
 
 Formulas are derived by the stages of `derivation.graph`, so a mistake in a stage leads to the wrong answer that a
-student gives.
+student gives. Arms that differ only in the values of their lengths and oblique angles form a class. Their symbolic arm
+has symbols for these values (`make_symbolic_arm`).
 """
 
 import ast
@@ -71,10 +72,9 @@ from qdot.exercises.singularities.singular_set import Component, find_zero_set
 MAX_TRIES = 20
 """Maximum number of sets of random values that are sampled to find a finite answer in which nothing is 0 by chance."""
 MAX_OPERATIONS = 20_000
-"""Maximum number of operations of a formula that is simplified. Readable formulas have a few hundred before that."""
+"""Maximum number of operations of a formula that is simplified. A readable formula has a few hundred before that."""
 MAX_EDITED_OPERATIONS = 400
-"""Maximum number of operations of the formula behind a number, before it is simplified, if mistakes are looked for in
-it."""
+"""Maximum number of operations, before simplification, of a formula in which mistakes in a number are looked for."""
 
 SOURCES = {
     "p": ("position",), "v": ("position",), "J": ("jacobian",), "det(J)": ("determinant", "jacobian"),
@@ -454,9 +454,9 @@ class DefinitionEvaluator:
                 return KeyReason(key, str(UnknownName("symbol", value.name, tuple(units))))
             if value.kind and not has_unit_of_kind(units[value.name], value.kind):
                 kind = next((kind for kind in SAMPLED_KINDS if has_unit_of_kind(units[value.name], kind)), "")
-                form = f'{value.name} = "{kind}"' if kind else f"a range, as in {value.name} = [1, 5]"
+                suggestion = f'{value.name} = "{kind}"' if kind else f"a range, as in {value.name} = [1, 5]"
                 unit = units[value.name] if units[value.name] not in ("", "1") else "a number without a unit"
-                return KeyReason(key, f"{value.name} is {f'in {unit}' if kind else unit}; write {form}")
+                return KeyReason(key, f"{value.name} is {f'in {unit}' if kind else unit}; write {suggestion}")
             if value.name in numbers and not value.kind and not value.low <= numbers[value.name] <= value.high:
                 number_text = f"{float(numbers[value.name]):g} m"
                 advice = f'write {value.name} = "length" to accept the numbers of the arms'
@@ -676,7 +676,7 @@ class DefinitionEvaluator:
     def _contains_number(self) -> bool:
         """Whether a formula contains a number that may have a unit.
 
-        Zeros, divisors, exponents and indices have none.
+        Zeros, divisors, exponents and indices have no unit.
         """
         nodes = [node for formula in self.formulas for node in ast.walk(formula)]
         operations = (node for node in nodes if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Div, ast.Pow)))
@@ -687,7 +687,7 @@ class DefinitionEvaluator:
 
 @lru_cache(maxsize=1024)
 def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer as formulas in textbook form. It is cached, because the question is checked with it first."""
+    """Return the answer as formulas in textbook form. It is cached, because a check of the question needs it first."""
     evaluator = DefinitionEvaluator(definition)
     if evaluator.names_arm_symbols(chain):
         return _derive_for_symbolic_arm(definition, chain)
@@ -698,7 +698,7 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
 
 @lru_cache(maxsize=1024)
 def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer for a symbolic arm, or for an arm with symbols that the formula names; cached for a class."""
+    """Return the answer for a symbolic arm, or for an arm with symbols that the formula names; cached."""
     details = CustomDetails(definition=definition)
     value = DefinitionEvaluator(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
@@ -706,7 +706,7 @@ def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.Immutab
 
 @lru_cache(maxsize=1024)
 def _compute_formulas(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer as formulas that are not simplified; cached for a whole class."""
+    """Return the answer as formulas that are not simplified; cached."""
     value = DefinitionEvaluator(definition).compute_answer(
         compute_symbolic_stages(chain), CustomDetails(definition=definition)
     )
@@ -759,7 +759,7 @@ def _find_numerator(formula: sp.Expr) -> sp.Expr:
 
 @lru_cache(maxsize=1024)
 def _is_constant(definition: Definition, chain: Chain, fixed_names: frozenset[str]) -> bool:
-    """Return whether the answer has the same value at three arbitrary points; cached for a class.
+    """Return whether the answer has the same value at three arbitrary points; cached.
 
     The symbols in `fixed_names` have the same value at all points, because they are numbers in a student's arm.
     """
