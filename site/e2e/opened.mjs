@@ -132,7 +132,7 @@ function watched(page) {
   return async () => {
     for (let quiet = 0, before = -1; quiet < 2;) {
       await page.waitForTimeout(LOOK);
-      await page.evaluate(() => new Promise((done) => requestIdleCallback(done)));
+      await page.evaluate(() => new Promise((done) => requestIdleCallback(done, { timeout: 200 })));
       quiet = open.size === 0 && asked === before ? quiet + 1 : 0;
       before = asked;
     }

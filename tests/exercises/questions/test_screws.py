@@ -133,7 +133,7 @@ SIDE_BY_SIDE = re.compile(rf"^({NAMED_AXIS}) &= .*, \\qquad \1' = .*$", re.MULTI
 def test_no_text_names_link_frames_and_moved_axes_have_primes(family: str) -> None:
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
-    arm, each = sample_screw_arm(family), select_for_suite(72, 4)
+    arm, each = sample_screw_arm(family), select_for_suite(72, 10)
     turn = [*SHAPES.values()].index(family) % each
     questions = list_applicable_questions(arm)
     names = [*questions[turn::each], *list_applicable_questions(arm, SHORT_QUESTIONS)[turn::each]]

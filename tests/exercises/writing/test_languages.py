@@ -198,7 +198,7 @@ def accented(text: str) -> str:
     return "".join(piece if i % 2 else piece.translate(ACCENTS) for i, piece in enumerate(KEPT.split(text)))
 
 
-SOME = ("planar-2r", "scara", "elbow-3r", "wrist-zyz", "lbr-7r")
+SOME = ("planar-2r", "scara", "elbow-3r", "wrist-zyz")
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from qdot.grader.marking.marking import WRONG_OR_PARTIAL, mark
 from qdot.grader.reports.feedback_levels import limit_feedback
 from tests.support import read_cases, results
 from tests.support.problems import get_problem, select_parts
-from tests.support.suites import WHOLE, few_families
+from tests.support.suites import FEW, WHOLE, on_families
 
 
 def make_wrong_answer(part: Part, joint: str) -> str:
@@ -46,10 +46,9 @@ def get_counterexample(part: PartResult) -> Counterexample:
     return part.certificate.counterexample
 
 
-@few_families
+@on_families(FEW)
 def test_each_level_hides_what_higher_levels_show(family: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Diagnose answers of one family only, because that takes most of the time."""
-    if not WHOLE and family != "planar-2r":
+    if not WHOLE:  # because that takes most of the time
         monkeypatch.setattr("qdot.grader.marking.marking.diagnose", lambda *_: None)
     parts = mark_wrong_answers(family)
     assert parts
