@@ -18,7 +18,7 @@ from qdot.exercises.writing.expansion import Expansion, expand_determinant, expa
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_hints, write_solution, write_solutions, write_statement
 from qdot.exercises.writing.solution_steps import SolutionSteps, _compute_cofactors
-from tests.support.suites import sample_for_suite, select_for_suite
+from tests.support.suites import select_for_suite
 
 BOTH = ("inverse-jacobian", "inverse-velocity")
 TABLE = r"\begin{bmatrix}"
@@ -75,7 +75,8 @@ def solution(identity: str, question: str, convention: str = "dh") -> str:
     return write_solution(problem, part)
 
 
-@pytest.mark.parametrize("convention", sample_for_suite(CONVENTIONS, 1))
+@pytest.mark.whole
+@pytest.mark.parametrize("convention", CONVENTIONS)
 def test_an_origin_has_the_name_that_the_arms_convention_has_for_it(convention: str) -> None:
     """O_2 of the standard table is on the axis of joint 3: the origin of frame 3 of a modified one."""
     assert NAMES[convention] in solution("orthogonal-3r/776@frames", "singular-angles", convention)
