@@ -411,8 +411,8 @@ class _WrongEntry:
             if abs(cos_c**2 + sin_c**2 - 1) > 1e-6:
                 continue
             constant = Node("decimal", value=Fraction(float(np.arctan2(sin_c, cos_c))))
-            shifted_formulas = formula_edits.replace_each_trig(self.reference, partial(_add_to_angle, constant))
-            if self.answer.equals(evaluate_formulas([shifted_formulas[k]], self.values)[None]):
+            formulas = formula_edits.replace_each_trig(self.reference, partial(_add_to_angle, constant))
+            if self.answer.equals(evaluate_formulas([formulas[k]], self.values)[None]):
                 yield LocatedMistake("angle-typed")
                 return
 

@@ -40,10 +40,10 @@ def _make_python_readable() -> None:
     kernel.unshare(kernel.NEWNS)
     kernel.mount(None, "/", None, kernel.MS_REC | kernel.MS_PRIVATE)
     for prefix in {sys.prefix, sys.base_prefix, str(Path(__file__).parents[2])}:
-        closed = next((p for p in reversed(Path(prefix).parents) if p.stat().st_mode & 0o5 != 0o5), None)
-        if closed is not None:
+        closed_folder = next((p for p in reversed(Path(prefix).parents) if p.stat().st_mode & 0o5 != 0o5), None)
+        if closed_folder is not None:
             descriptor = os.open(prefix, os.O_PATH)
-            kernel.mount("shown", str(closed), "tmpfs", 0, "mode=755")
+            kernel.mount("shown", str(closed_folder), "tmpfs", 0, "mode=755")
             Path(prefix).mkdir(parents=True)
             kernel.mount(f"/proc/self/fd/{descriptor}", prefix, None, kernel.MS_BIND | kernel.MS_REC)
             os.close(descriptor)

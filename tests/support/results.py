@@ -19,13 +19,10 @@ def make_override(points: float | None, comment: str = "", group: str | None = N
 SHARES = {"correct": 1.0, "partial": 0.5, "wrong": 0.0, "missing": 0.0, "ungraded": None}
 
 
-def make_part(
-    name: str, outcome: str, max_points: float, answer: str | None = None, mistake: str | None = None, **others: Any
-) -> PartResult:
+def make_part(name: str, outcome: str, max_points: float, answer: str | None = None, **others: Any) -> PartResult:
     share = SHARES[outcome]
-    fields = {"points": None if share is None else share * max_points, "reason": "because", "mistake": mistake}
-    fields["advice"] = None if mistake is None else f"advice on {mistake}"
-    return PartResult(name=name, outcome=Outcome(outcome), max_points=max_points, answer=answer, **fields | others)
+    fields = {"points": None if share is None else share * max_points, "reason": "because", **others}
+    return PartResult(name=name, outcome=Outcome(outcome), max_points=max_points, answer=answer, **fields)
 
 
 def make_result(

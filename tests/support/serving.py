@@ -135,11 +135,13 @@ class Browser:
     def get(self, path: str, **headers: Any) -> Any:
         return self.client.get(path, headers=headers)
 
-    def send(self, method: str, path: str, content: Any) -> Any:
+    def _get_token_header(self) -> dict[str, str]:
         self.client.get("/")  # sets the token
-        token = self.client.cookies["csrftoken"].value
-        headers = {"X-CSRFToken": token}
-        return self.client.generic(method, path, json.dumps(content), "application/json", headers=headers)
+        return {"X-CSRFToken": self.client.cookies["csrftoken"].value}
+
+    def send(self, method: str, path: str, content: Any) -> Any:
+        body, headers = json.dumps(content), self._get_token_header()
+        return self.client.generic(method, path, body, "application/json", headers=headers)
 
     def answer(self, part: str, text: str, request: str = "") -> Any:
         content = {"request": request or str(uuid.uuid4()), "part": part, "text": text}
@@ -148,10 +150,8 @@ class Browser:
     def upload(self, name: str, content: bytes, request: str = "") -> Any:
         from django.core.files.uploadedfile import SimpleUploadedFile
 
-        self.client.get("/")
-        token = self.client.cookies["csrftoken"].value
         data = {"request": request or str(uuid.uuid4()), "file": SimpleUploadedFile(name, content)}
-        return self.client.post("/a/hw/notebooks", data, headers={"X-CSRFToken": token})
+        return self.client.post("/a/hw/notebooks", data, headers=self._get_token_header())
 
 
 @contextmanager

@@ -93,8 +93,8 @@ def code_cell(source: str, part: str | None = None) -> dict[str, Any]:
     return {"cell_type": "code", "metadata": metadata, "source": source, "outputs": [], "execution_count": None}
 
 
-def text_cell(source: str, cell_type: str = "markdown") -> dict[str, Any]:
-    return {"cell_type": cell_type, "metadata": {}, "source": source}
+def text_cell(source: str) -> dict[str, Any]:
+    return {"cell_type": "markdown", "metadata": {}, "source": source}
 
 
 def make_correct_cells(assignment: Assignment, student: str) -> Cells:

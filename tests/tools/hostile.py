@@ -163,18 +163,16 @@ def write_odd_sizes(workspace: Workspace, rng: Stream) -> None:
         empty = [code_cell(rng.choice(("", "1", "x = 1", "1/0", "("))) for _ in range(5)]
         workspace.write("hw.ipynb", _edit_cells(workspace, lambda cells: cells.extend(empty * (count // 5))).encode())
     else:
-        workspace.write(
-            "hw.ipynb", b"{" + rng.choice((b" ", b"[", b'"a":', b",", b"\\")) * rng.choice((10**5, 3 * 10**6))
-        )
+        repeated = rng.choice((b" ", b"[", b'"a":', b",", b"\\"))
+        workspace.write("hw.ipynb", b"{" + repeated * rng.choice((10**5, 3 * 10**6)))
 
 
 def write_stray_file(workspace: Workspace, rng: Stream) -> None:
     """Write a platform's metadata file or another stray file, beside the students' folders or in one."""
     workspace.folder.mkdir(parents=True, exist_ok=True)
     metadata_name = "submission_metadata.yml"
-    path = rng.choice(
-        (workspace.folder / metadata_name, workspace.root / rng.choice((metadata_name, "README.txt", make_name(rng))))
-    )
+    name_beside_folders = rng.choice((metadata_name, "README.txt", make_name(rng)))
+    path = rng.choice((workspace.folder / metadata_name, workspace.root / name_beside_folders))
     lines = (
         "submission_7:", "  :submitters:", "  - :sid: s02", "    :name: Two", "  :created_at: 2026-99-21 22:05:07 Z",
              "  :created_at: 9999-12-31 23:59:59 -23:59", "\udcff", '  - :sid: "\\ud800"', "? [", "x" * 10_000,
@@ -232,7 +230,7 @@ def write_odd_structures(workspace: Workspace, rng: Stream) -> None:
         change_number = rng.integer_below(5)
         if change_number <= 2:
             holder[key] = _choose_odd_value(rng)
-        elif change_number == 3 and key in holder if isinstance(holder, dict) else change_number == 3:
+        elif change_number == 3 and (isinstance(holder, list) or key in holder):
             del holder[key]
         elif isinstance(holder, dict):
             names = ("", "cells", "source", "qdot", "metadata", "outputs", "\ud800", make_name(rng))

@@ -49,9 +49,8 @@ def find_objections(root: Path, tag: str) -> list[str]:
     for name, pattern in VERSION_PATTERNS.items():
         versions = re.findall(pattern, (root / name).read_text(encoding="utf-8"))
         if versions != [version]:
-            objections.append(
-                f"{name}: the version is {', '.join(versions) or 'missing'}, and {version} in pyproject.toml"
-            )
+            found_versions = ", ".join(versions) or "missing"
+            objections.append(f"{name}: the version is {found_versions}, and {version} in pyproject.toml")
     if not tag:
         return objections
     if tag != f"v{version}":

@@ -282,8 +282,8 @@ def _find_classroom(context: LtiContext, role: Person.Role | None) -> Classroom:
     if role == Person.Role.STAFF:
         classroom.list_due = timezone.now()
         platform = LtiRegistration.objects.select_for_update().get(pk=context.deployment.registration_id)
-        same_platform = Classroom.objects.filter(lti_context__deployment__registration=platform)
-        if not same_platform.filter(is_connected=True).exists():
+        courses = Classroom.objects.filter(lti_context__deployment__registration=platform)
+        if not courses.filter(is_connected=True).exists():
             connect_course(classroom)
     classroom.save()
     return classroom
