@@ -204,7 +204,9 @@ def verify(
     """
     from qdot.grader.grading.certify import verify_all
 
-    families = list(FAMILIES) if family == "all" else [family] if family else _list_families_of_files(targets)
+    families = [family] if family else _list_families_of_files(targets)
+    if family == "all":
+        families = list(FAMILIES)
     family_problems = _list_family_problems(families, first_seed, count)
     tasks = _list_verification_tasks(targets, family_problems, variation, convention, twist_order)
     failure_counts, passed_counts = Counter[FailureKind](), Counter[str]()

@@ -177,12 +177,12 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
         return False
     is_wrong = ~numeric.match_entries(reference)
     is_nonzero = np.abs(numeric.values[is_wrong]).max(axis=-1) > RELATIVE_TOLERANCE  # many mistakes give zeros
-    predictions = predict_wrong_answers(wrong_answer.correct_stages, part, numeric.is_precise)
-    for prediction in predictions if is_nonzero.any() else ():
-        values = prediction.answer
-        fits = values.shape == reference.shape and (numeric.match_entries(values) | ~is_wrong).all()
-        if fits and is_distinctive(values):
-            return True
+    if is_nonzero.any():
+        for prediction in predict_wrong_answers(wrong_answer.correct_stages, part, numeric.is_precise):
+            values = prediction.answer
+            fits = values.shape == reference.shape and (numeric.match_entries(values) | ~is_wrong).all()
+            if fits and is_distinctive(values):
+                return True
     if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
         return False
     diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer, allows_any_number=True))

@@ -1,8 +1,8 @@
 """Grade a class on several processes, or one student alone: run and mark every notebook.
 
-The marks of a notebook are stored in graded/.cache as soon as they are computed. They are stored with a key, a digest
-of the submission, the assignment, and the versions of problems and grader. A later run uses the stored marks of each
-notebook whose key has not changed.
+The marks of a notebook are stored in graded/.cache as soon as they are computed, together with a key. The key is a
+digest of the submission, the assignment, and the versions of problems and grader. A later run uses the stored marks of
+each notebook whose key has not changed.
 """
 
 import contextlib

@@ -183,7 +183,9 @@ def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecor
     elif record.sha256 != digests.sha256:
         names = {**digests.parts, **record.parts}
         changed_parts = [name for name in names if record.parts.get(name) != digests.parts.get(name)]
-        difference = "the arm" if record.arm != digests.arm else ", ".join(changed_parts) or "its digest"
+        difference = ", ".join(changed_parts) or "its digest"
+        if record.arm != digests.arm:
+            difference = "the arm"
         message = f"this is no longer the released problem: {difference} changed since qdot {record.qdot}"
     elif (record.arm, record.parts, set(record.questions)) != (digests.arm, digests.parts, set(digests.parts)):
         failure_kind = FailureKind.DAMAGED

@@ -248,7 +248,7 @@ def _retry_printed_table(
 def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
     """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit."""
     text = text.strip()
-    separator = ";" if ";" in text else "\n" if "\n" in text else ","
+    separator = next((sign for sign in ";\n" if sign in text), ",")
     is_one_unit_per_entry = text.count(separator) + 1 == len(units)
     expected_names = [_normalize_label(label) for label in labels]
     for name, unit, end in find_units(text):
@@ -583,12 +583,13 @@ def _split_chains(tree: Node, expected_names: Sequence[str]) -> Node:
     if tree.kind not in ("and", "list", "set"):
         return tree
     labels, statements = set(map(_normalize_label, expected_names)), list[Node]()
-    for node in (tree,) if tree.value == EQUATION_CHAIN else tree.args:
+    is_chain = tree.value == EQUATION_CHAIN
+    for node in [tree] if is_chain else tree.args:
         *sides, value = list_equation_sides(node) or (node,)
         are_expected = (side.kind == "name" and _normalize_label(str(side.value)) in labels for side in sides)
         is_named = bool(sides) and all(are_expected)
         statements += [Node("eq", (name, value)) for name in sides] if is_named else [node]
-    return tree if tree.value == EQUATION_CHAIN and len(statements) == 1 else Node(tree.kind, tuple(statements))
+    return tree if is_chain and len(statements) == 1 else Node(tree.kind, tuple(statements))
 
 
 def _find_rows(tree: Node) -> Matrix | None:
@@ -707,8 +708,9 @@ def _normalize_label(name: str) -> str:
     label = VOCABULARY["velocities"].get(label, label)
     for spelled_name, letter in VOCABULARY["spelled_letters"].items():
         label = label.replace(spelled_name, letter)
-    point_match = PATTERNS["point_of_entry"].fullmatch(label)
-    return point_match.group(1) if point_match else label.removeprefix("p") if len(label) > 1 else label
+    if (point_match := PATTERNS["point_of_entry"].fullmatch(label)) is not None:
+        return point_match.group(1)
+    return label.removeprefix("p") if len(label) > 1 else label
 
 
 def _has_split_decimals(rows: Matrix, expected: tuple[int, int]) -> bool:

@@ -357,7 +357,7 @@ def _substitute(stages: StageResults, rows_by_part: Mapping[str, np.ndarray]) ->
 def _evaluate_rows(stages: StageResults, part_name: str, rows: Rows) -> np.ndarray:
     """Return the values of an answer's rows at one configuration, of shape (rows, columns, 1).
 
-    If the derivation differentiates the answer, the values are stepped.
+    If the derivation differentiates the answer, the values include derivatives (`NumericArithmetic.evaluate_stepped`).
     """
     arithmetic = stages.arithmetic
     assert isinstance(arithmetic, NumericArithmetic)
@@ -389,9 +389,9 @@ class Traits:
     nonzero_entry_count: int
 
     def is_as_full(self, reference: "Traits") -> bool:
-        """Return whether the answer is defined, periodic, and has more than half as many nonzero entries.
+        """Return whether the answer is defined and periodic, and has more than half of the reference's nonzero entries.
 
-        It may depend on one symbol less than the reference.
+        The answer may depend on one symbol less than the reference.
         """
         is_full = not reference.nonzero_entry_count or 2 * self.nonzero_entry_count > reference.nonzero_entry_count
         has_symbols = self.other_symbol_count >= reference.other_symbol_count - 1

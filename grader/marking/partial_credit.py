@@ -135,7 +135,9 @@ def _format_share(share: Fraction) -> str:
     ('half', '80 %', '2/3')
     """
     percent = 100 * share
-    return "half" if percent == 50 else f"{percent} %" if percent.denominator == 1 else str(share)
+    if percent == 50:
+        return "half"
+    return f"{percent} %" if percent.denominator == 1 else str(share)
 
 
 def _replace_share(judgement: Judgement, share: Fraction) -> Judgement:

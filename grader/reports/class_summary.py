@@ -158,7 +158,7 @@ def summarize_mistakes(results: Sequence[Result]) -> list[MistakeSummary]:
     answers_by_mistake: dict[str, list[tuple[str, str]]] = {}
     for result in select_graded(results):
         for name, part in result.parts.items():
-            for mistake in re.split(" or | and ", part.mistake) if part.mistake else ():
+            for mistake in filter(None, re.split(" or | and ", part.mistake or "")):
                 answers_by_mistake.setdefault(mistake, []).append((result.student, name))
     summaries = []
     for mistake, answers in answers_by_mistake.items():

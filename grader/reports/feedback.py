@@ -294,7 +294,9 @@ def _find_entry_states(problem: Problem, part: Part, result: PartResult) -> list
 
     def find_state(is_right: bool, follows: bool) -> str:
         is_blank = next(remaining_blanks)
-        return "right" if is_right else "follows" if follows else "blank" if is_blank else "wrong"
+        if is_right or follows:
+            return "right" if is_right else "follows"
+        return "blank" if is_blank else "wrong"
 
     return [list(map(find_state, *rows)) for rows in zip(entries, result.follows or entries, strict=True)]
 

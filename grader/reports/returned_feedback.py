@@ -42,9 +42,10 @@ class ReturnTarget:
 
 def _find_moodle_place(path: Path) -> str | None:
     """Return the folder of a submission in Moodle's download; its file name begins like a folder's name."""
+    if check_safely(path.is_dir):
+        return f"{path.name}/"
     folder = re.match(r".+?_\d+_assignsubmission_[a-z]+_?", path.name, re.DOTALL)
-    is_folder = check_safely(path.is_dir)
-    return f"{path.name}/" if is_folder else f"{folder[0].removesuffix('_')}/" if folder else None
+    return f"{folder[0].removesuffix('_')}/" if folder else None
 
 
 def _find_canvas_place(path: Path) -> str | None:

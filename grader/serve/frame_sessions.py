@@ -18,7 +18,7 @@ def begin_frame_session(request: HttpRequest) -> None:
 
 def find_frame_session(request: HttpRequest) -> str:
     """Return the key of the session if its pages contain the key, else ""."""
-    return request.session.session_key or "" if _MARK in request.META else ""
+    return (request.session.session_key or "") if _MARK in request.META else ""
 
 
 def is_own_page(request: HttpRequest) -> bool:

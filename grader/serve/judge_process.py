@@ -227,7 +227,7 @@ def end_sentence(text: str) -> str:
 
 def _find_pose(problem: Problem, example: Counterexample) -> dict[str, float] | None:
     """Return the joint values of a counterexample."""
-    configuration = example.surplus or example.missing if isinstance(example, SetDifference) else example.at
+    configuration = (example.surplus or example.missing) if isinstance(example, SetDifference) else example.at
     joints = {q.name for q in problem.chain.q}
     return {name: value for name, value in (configuration or {}).items() if name in joints} or None
 

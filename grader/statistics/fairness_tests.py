@@ -56,7 +56,9 @@ def _describe_base(chain: Chain) -> str:
     base = convention_of(chain).base
     if base.is_world:
         return "base frame = world frame"
-    return "base tilted" if base.tilt != 0 else "base rotated" if base.yaw != 0 else "base translated"
+    if base.tilt != 0:
+        return "base tilted"
+    return "base rotated" if base.yaw != 0 else "base translated"
 
 
 def _describe_point(chain: Chain) -> str:

@@ -363,7 +363,8 @@ def _use_words_of_cell(answers: Answers, part: str, name: str, notebook: _Notebo
         is_run = index in notebook.sources and index not in answers.run.cell_errors
         source = notebook.cells[index].source[:MAX_CELL_CHARACTERS]
         match = re.search(rf"(?ms)^[ \t]*{name}[ \t]*=(?!=)(.*?)(?=^[ \t]*p\d+_\w+[ \t]*=(?!=)|\Z)", source)
-        text = match[1] if match else source if index in marked_cells else ""
+        whole_cell = source if index in marked_cells else ""
+        text = match[1] if match else whole_cell
         words = _strip_quotes(text.strip()).strip().encode(errors="replace").decode()
         if not is_run and not _is_blank(words):
             answers.run.answers[name] = words

@@ -312,7 +312,7 @@ def parse_python(source: str, max_length: int) -> ast.Module | None:
 def find_first_syntax_error(source: str) -> int:
     """Return the line number of the first syntax error in a text; 1 if it is unknown."""
     error = _parse(source)
-    return error.lineno or 1 if isinstance(error, SyntaxError) else 1
+    return (error.lineno or 1) if isinstance(error, SyntaxError) else 1
 
 
 def _parse(source: str) -> ast.Module | Exception:

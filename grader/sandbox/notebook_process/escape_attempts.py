@@ -49,7 +49,8 @@ def make_attempts(targets: dict[str, Any], report: Callable[[dict[str, Any]], No
     """
     signal.signal(signal.SIGXCPU, signal.SIG_IGN)
     index = targets["separate_attempt"]
-    for attempt in ATTEMPTS if index is None else (SEPARATE_ATTEMPTS[index],):
+    attempts = ATTEMPTS if index is None else (SEPARATE_ATTEMPTS[index],)
+    for attempt in attempts:
         try:
             achievement = attempt.achievement if attempt.action(targets) is not False else ""
         except Exception:

@@ -105,7 +105,9 @@ def _translate_line(line: str) -> str | None:
 
 
 def _choose_help_magic(name: str, marks: str) -> str:
-    return "psearch" if "*" in name else "pinfo2" if marks == "??" else "pinfo"
+    if "*" in name:
+        return "psearch"
+    return "pinfo2" if marks == "??" else "pinfo"
 
 
 def _write_line_magic(name: str, argument: str) -> str:

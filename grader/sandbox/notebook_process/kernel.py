@@ -134,7 +134,8 @@ def restrict_with_landlock(restricted_rights: tuple[int, int, int], rules: Seque
     refuses these rights unless a rule gives them.
     """
     _, network_rights, scope_rights = restricted_rights
-    size = 24 if scope_rights else 16 if network_rights else 8
+    size = 16 if network_rights else 8  # in bytes, without sets that are not needed, which old kernels don't know
+    size = 24 if scope_rights else size
     ruleset = _syscall(_LANDLOCK_CREATE, struct.pack("QQQ", *restricted_rights), size, 0)
     try:
         for path, rights in rules:
