@@ -29,7 +29,7 @@ def compute_joint_vectors(arm: Chain) -> tuple[tuple[sp.Matrix, sp.Matrix, sp.Ma
     for i, joint in enumerate(joints):
         last_frame = compute_frame_after(joints[i:])  # frame n in the coordinates of the frame before joint i + 1
         z, to_last_origin = to_textbook_matrix(last_frame.rotation.T * Z), last_frame.rotation.T * last_frame.origin
-        to_point = to_last_origin - convention.distance_along_axis(joint) * z + sp.Matrix(convention.point.offset)
+        to_point = to_last_origin - convention.find_distance_along_axis(joint) * z + sp.Matrix(convention.point.offset)
         p_star = to_textbook_matrix(to_point)
         vectors.append((z, p_star, to_textbook_matrix(z.cross(p_star))))
     return tuple(vectors)

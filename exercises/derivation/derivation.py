@@ -107,7 +107,7 @@ def _derive_geometry(chain: Chain) -> _Geometry:
     frames, point = compute_frames_and_point(chain)
     z = sp.Matrix.hstack(*(frame.rotation[:, 2].applyfunc(to_textbook_form) for frame in frames[: chain.n]))
     # frames 0 ... n-1 of a standard table, frames 1 ... n of a modified table
-    frames_on_axes = compute_link_frames(chain)[convention_of(chain).frame_on_axis(1) :][: chain.n]
+    frames_on_axes = compute_link_frames(chain)[convention_of(chain).find_frame_on_axis(1) :][: chain.n]
     p_star = sp.Matrix.hstack(*((point - frame.origin).applyfunc(to_textbook_form) for frame in frames_on_axes))
     linear_rows = _derive_position(chain).jacobian(chain.q).applyfunc(to_textbook_form)
     angular_rows = sp.Matrix(3, chain.n, lambda r, i: z[r, i] if chain.joints[i].is_revolute else sp.S.Zero)
@@ -328,7 +328,7 @@ class Derivation:
     def link_vectors(self) -> list[sp.Matrix]:
         """The vectors r_1 ... r_n (3 x 1, m), each from O_{i-1} to O_i in frame i-1 (below 6.13)."""
         convention = convention_of(self.chain)
-        return [convention.link_vector(row) for row in convention.rows]
+        return [convention.make_link_vector(row) for row in convention.rows]
 
     @property
     def is_square(self) -> bool:

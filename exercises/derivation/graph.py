@@ -348,7 +348,7 @@ def _compute_condition_number(stages: StageResults) -> np.ndarray:
 
 def _compute_wrist_block(stages: StageResults) -> np.ndarray:
     """Return the axes of joints 4, 5 and 6 in the convention's frame on the axis of joint 4, (3, 3, …)."""
-    rotation = compute_convention_rotation(stages, convention_of(stages.chain).frame_on_axis(4)).swapaxes(0, 1)
+    rotation = compute_convention_rotation(stages, convention_of(stages.chain).find_frame_on_axis(4)).swapaxes(0, 1)
     return np.stack([apply_matrix(rotation, stages["axes"][i]) for i in (3, 4, 5)], axis=1)
 
 

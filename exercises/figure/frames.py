@@ -176,7 +176,7 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
     signs = [view.measure_toward_reader(frame[:3, 2]) for frame in scene.frames]
     if not scene.is_flat or min(signs) > 0.9 or not scene.convention.frame_numbers:
         return Drawing()
-    labels, first_frame = [], scene.convention.frame_on_axis(1)
+    labels, first_frame = [], scene.convention.find_frame_on_axis(1)
     for i in range(first_frame, first_frame + n) if min(map(abs, signs)) > 0.9 else range(first_frame, n + 1):
         if abs(signs[i]) > 0.9:
             pixel = view.to_pixels(scene.frames[i, :3, 3])
@@ -193,7 +193,7 @@ def draw_world(scene: Scene) -> Drawing:
     view, convention = scene.view, scene.convention
     base, name = convention.base, convention.fixed_frame
     if base.is_world and convention.frame_numbers:
-        _, length = convention.step_to_standard_frame(0)
+        _, length = convention.find_step_to_standard_frame(0)
         ends = scene.frames[0, :3, 3], scene.skeleton.origins[0]
         return Drawing() if length == 0 else _draw_position_line(scene, *ends, length)
     origin, corner, base_origin = np.zeros(3), np.zeros(3), scene.frames[0, :3, 3]

@@ -96,7 +96,7 @@ def _describe_base(chain: Chain) -> str:
 def _describe_joint(chain: Chain, i: int) -> str:
     """Return a description of a joint: its motion, and its row of the table that students see."""
     row, is_proximal = convention_of(chain).rows[i - 1], convention_of(chain).is_proximal
-    axis = f"z{convention_of(chain).frame_on_axis(i)}"
+    axis = f"z{convention_of(chain).find_frame_on_axis(i)}"
     clauses = [f"it {_describe_motion(chain, i)} {axis}"]
     if is_proximal:
         clauses = _describe_modified_axis(row, i) + clauses

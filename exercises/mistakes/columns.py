@@ -155,7 +155,7 @@ def _start_at_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
         return vectors_to_point[[j if k == i else k for k in range(len(vectors_to_point))]]
 
     for i, j in permutations(range(chain.n), 2):
-        frame_on_axis = convention_of(chain).frame_on_axis
+        frame_on_axis = convention_of(chain).find_frame_on_axis
         words = {"joint": i + 1, "frame": frame_on_axis(i + 1), "other": frame_on_axis(j + 1)}
         yield MistakeVariant({"vectors to point": partial(replace_vector, i=i, j=j)}, words=words)
 
@@ -244,7 +244,7 @@ def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
 
 def _list_rotations_on_axes(stages: StageResults) -> list[np.ndarray]:
     """Return the rotations of the frames on the axes of joints 1 to n + 1; the last frame replaces a missing one."""
-    frames = [convention_of(stages.chain).frame_on_axis(joint) for joint in range(1, stages.n + 2)]
+    frames = [convention_of(stages.chain).find_frame_on_axis(joint) for joint in range(1, stages.n + 2)]
     return [compute_convention_rotation(stages, min(frame, stages.n)) for frame in frames]
 
 

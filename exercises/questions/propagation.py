@@ -98,7 +98,7 @@ def _derive_steps(symbolic_chain: Chain) -> tuple[RecursionStep, ...]:
     steps = []
     convention = convention_of(symbolic_chain)
     for number, (row, rate) in enumerate(zip(convention.rows, symbolic_chain.rates, strict=True), 1):
-        rotation, origin = convention.rotation(row).T, convention.link_vector(row)
+        rotation, origin = convention.make_rotation(row).T, convention.make_link_vector(row)
         v = _collect_rates(rotation * (v + omega.cross(origin)), symbolic_chain)
         omega = _collect_rates(rotation * omega, symbolic_chain)
         v, omega = (v, omega + rate * Z) if row.is_revolute else (v + rate * Z, omega)
@@ -140,9 +140,9 @@ QUESTIONS = (
     Question(
         "joint-axes", "Joint axes", "below 6.10", compute=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("axes"),
-        name_columns=lambda chain: tuple(map(convention_of(chain).axis_to_type, _list_joint_numbers(chain))),
+        name_columns=lambda chain: tuple(map(convention_of(chain).write_axis_to_type, _list_joint_numbers(chain))),
         label_rows_and_columns=lambda chain: (
-            AXIS_NAMES, list(map(convention_of(chain).axis_name, _list_joint_numbers(chain)))
+            AXIS_NAMES, list(map(convention_of(chain).name_axis, _list_joint_numbers(chain)))
         ),
         find_size_objection=base.limit_terms("z"),
     ),
@@ -151,7 +151,7 @@ QUESTIONS = (
         compute=lambda stages, _: stages["vectors to point"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("vectors to point"),
         label_rows_and_columns=lambda chain: (
-            AXIS_NAMES, list(map(convention_of(chain).vector_name, _list_joint_numbers(chain)))
+            AXIS_NAMES, list(map(convention_of(chain).name_vector, _list_joint_numbers(chain)))
         ),
         find_arm_objection=base.find_tool_point_objection, find_size_objection=base.limit_terms("p_star"),
     ),

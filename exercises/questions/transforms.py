@@ -65,7 +65,7 @@ def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum
     """
     convention = convention_of(chain)
     for i, joint in enumerate(convention.rows[1:], 2):
-        x = convention.rotation(joint)[:, 0]
+        x = convention.make_rotation(joint)[:, 0]
         for row in range(3):
             product = sp.Add(*(poses[i - 1][row, k] * x[k] for k in range(3)))
             result = poses[i][row, 0]

@@ -31,7 +31,7 @@ from qdot.exercises.singularities.appearance import find_wrist_centre
 def _derive_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
     """Return the axes of joints 4 to 6 of a structure in the coordinates of the frame on axis 4 (3 x 3)."""
     axes = [compute_frame_after(symbolic_chain.joints[3:i]).rotation * Z for i in (3, 4, 5)]
-    frame = convention_of(symbolic_chain).frame_on_axis(4)
+    frame = convention_of(symbolic_chain).find_frame_on_axis(4)
     for joint in symbolic_chain.joints[3:frame]:  # joint 4 if the frame on its axis rotates with it, else no joint
         axes = [rot_z(-joint.theta) * axis for axis in axes]
     return to_textbook_matrix(sp.Matrix.hstack(*axes))
@@ -41,7 +41,7 @@ def _derive_wrist_axes(symbolic_chain: Chain) -> sp.Matrix:
 def _derive_arm_block_in_frame_1(symbolic_chain: Chain) -> sp.Matrix:
     """Return R_1^T J11 of a structure (3 x 3): J11 in the coordinates of link 1, with the same determinant."""
     joint_1 = symbolic_chain.joints[0]
-    twist, _ = convention_of(symbolic_chain).step_to_standard_frame(1)
+    twist, _ = convention_of(symbolic_chain).find_step_to_standard_frame(1)
     point = compute_frame_after(symbolic_chain.joints[1:4]).origin
     z_0 = sp.Matrix([0, sp.sin(joint_1.alpha), sp.cos(joint_1.alpha)])  # in frame 1, like r_1
     r_1 = sp.Matrix([joint_1.a, *(joint_1.d * z_0[1:, :])])
@@ -136,8 +136,8 @@ def wrap_if_numeric(angle: sp.Expr) -> sp.Expr:
 
 def _make_wrist_details(chain: Chain, rng: Stream) -> WristAxisDetails:
     convention, block = convention_of(chain), derive_wrist_block(chain)
-    first_frame = convention.frame_on_axis(4)
-    rotations = tuple(convention.rotation(row) for row in convention.rows[first_frame:][:2])
+    first_frame = convention.find_frame_on_axis(4)
+    rotations = tuple(convention.make_rotation(row) for row in convention.rows[first_frame:][:2])
     return WristAxisDetails(
         rotations=rotations, axis_6_in_frame_on_axis_5=rotations[1][:, 2], z_4=block[:, 1], z_5=block[:, 2]
     )

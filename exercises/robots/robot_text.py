@@ -51,7 +51,7 @@ def _make_table_entries(convention: Convention) -> tuple[TomlEntries, list[TomlE
     """Return the top-level entries, and the entries of each joint, for an arm that is described by a table."""
     chain, base, point = convention.chain, convention.base, convention.point
     top_entries: list[tuple[str, str]] = []
-    if chain.tool is not None or convention.step_to_standard_frame(chain.n) != (0, 0):
+    if chain.tool is not None or convention.find_step_to_standard_frame(chain.n) != (0, 0):
         top_entries.append(("point", _format_point(point, point.frame == chain.n)))
     if not base.is_world:
         top_entries.append(("base", _format_pose(base.position, (base.tilt, sp.S.Zero, base.yaw))))

@@ -205,7 +205,7 @@ def _list_origin_meanings(chain: Chain, samples: Sequence[Sample], k: int) -> li
 
     The statements use the names of the origins in the arm's convention. Return no statement if an origin has no name.
     """
-    names = [convention_of(chain).origin_name(frame) for frame in (k - 1, k, k + 1)]
+    names = [convention_of(chain).name_origin(frame) for frame in (k - 1, k, k + 1)]
     distances = [np.linalg.norm(np.diff(s.frames[k - 1 : k + 2, :3, 3], axis=0), axis=1).min() for s in samples]
     if None in names or min(distances) < MIN_SIZE:
         return []

@@ -76,7 +76,7 @@ def _transpose(matrices: np.ndarray) -> np.ndarray:
 
 def _compute_position_vectors(model: NumericModel, _: Part) -> ExpectedValues:
     """Return the vectors from the origin of a frame on each joint axis to the tool point."""
-    first_frame, n = convention_of(model.chain).frame_on_axis(1), model.chain.n
+    first_frame, n = convention_of(model.chain).find_frame_on_axis(1), model.chain.n
     origins = model.convention_frames[:, first_frame : first_frame + n, :3, 3]
     return {"frames": (_transpose(model.point[:, None] - origins), EXACT_TOLERANCE)}
 
@@ -124,7 +124,7 @@ def _rotate_to_tool_frame(model: NumericModel, _: Part, jacobian: np.ndarray) ->
 
 def _compute_wrist_block(model: NumericModel, _: Part, jacobian: np.ndarray) -> np.ndarray:
     """Return the angular rows of J for the wrist's joints, in the frame on the axis of joint 4."""
-    frame = convention_of(model.chain).frame_on_axis(4)
+    frame = convention_of(model.chain).find_frame_on_axis(4)
     return _transpose(model.convention_frames[:, frame, :3, :3]) @ jacobian[:, 3:, 3:]
 
 

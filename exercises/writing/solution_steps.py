@@ -147,7 +147,10 @@ class SolutionSteps:
     def transforms(self) -> list[sp.Matrix]:
         """The transforms T_{0,1} ... T_{n-1,n} (4 x 4), one for each row of the table."""
         rows = self.convention.rows
-        return [screws.make_transform(self.convention.rotation(row), self.convention.link_vector(row)) for row in rows]
+        return [
+            screws.make_transform(self.convention.make_rotation(row), self.convention.make_link_vector(row))
+            for row in rows
+        ]
 
     @cached_property
     def origins(self) -> list[sp.Matrix]:
@@ -168,7 +171,7 @@ class SolutionSteps:
         The value is None if a hint with this vector would reveal most of P's position.
         """
         for joint in range(self.chain.point.frame, 0, -1):
-            i = self.convention.frame_on_axis(joint)
+            i = self.convention.find_frame_on_axis(joint)
             vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
             if self._depends_on_joints(vector):
                 depends = self._depends_on_joints
@@ -230,13 +233,13 @@ class SolutionSteps:
 
     def derive_rotation(self, joint: int) -> sp.Matrix:
         """Return the rotation matrix (3 x 3) of the frame on a joint's axis; the last column is the axis."""
-        rotation = self.angles.shorten(self.derivation.rotations[self.convention.frame_on_axis(joint)])
+        rotation = self.angles.shorten(self.derivation.rotations[self.convention.find_frame_on_axis(joint)])
         return sp.Matrix.hstack(rotation[:, :2], self.derivation.z[:, joint - 1])
 
     @cached_property
     def recursion(self) -> list[RecursionStep]:
         """The steps of (6.13) for a point in the last frame, beginning with the last joint."""
-        derivation, first_frame = derive(self._structure), self.convention.frame_on_axis(1)
+        derivation, first_frame = derive(self._structure), self.convention.find_frame_on_axis(1)
         rotations, links = derivation.rotations, derivation.link_vectors
         steps = []
         for i in range(self.chain.point.frame, first_frame, -1):

@@ -51,13 +51,13 @@ class Wording:
     def indexed_axis_names(self) -> list[str]:
         """The names of the axis of joint i: one name for each kind of joint (R, P) that the arm has."""
         kinds = {joint.kind for joint in self.chain.joints}
-        names = {"R": self.convention.axis_name(), "P": self.convention.prismatic_axis_name}
+        names = {"R": self.convention.name_axis(), "P": self.convention.prismatic_axis_name}
         return list(dict.fromkeys(name for kind, name in names.items() if kind in kinds))
 
     @property
     def frame(self) -> str:
         """The name of the frame in which vectors are expressed."""
-        return self.convention.reference_frame_name(self.messages)
+        return self.convention.name_reference_frame(self.messages)
 
     @property
     def joints(self) -> list[str]:
@@ -199,17 +199,17 @@ class Wording:
     @property
     def first_link_twist(self) -> str:
         """The link twist alpha_0 before joint 1 in a modified table, "" if it is zero."""
-        link_twist, _ = self.convention.step_to_standard_frame(0)
+        link_twist, _ = self.convention.find_step_to_standard_frame(0)
         return tex_angle(link_twist) if link_twist != 0 else ""
 
     @property
     def links_in_recursion(self) -> list[int]:
         """The links, from the last to the first, whose vectors are added one by one to get the vectors p*."""
-        return list(range(self.chain.n, self.convention.frame_on_axis(1), -1))
+        return list(range(self.chain.n, self.convention.find_frame_on_axis(1), -1))
 
     def name_origin(self, frame: int) -> str:
         """Return the arm's name for the origin of a standard frame, "" if the convention has no such point."""
-        return self.convention.origin_name(frame) or ""
+        return self.convention.name_origin(frame) or ""
 
     @property
     def base_position(self) -> str:
@@ -256,7 +256,7 @@ class Wording:
     @property
     def axis_names(self) -> str:
         """The joint axes, z_0 ... z_{n-1}, or z_1 ... z_n of a modified table."""
-        return self.join([f"${self.convention.axis_name(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.convention.name_axis(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def moved_axis_names(self) -> str:
@@ -273,7 +273,7 @@ class Wording:
     @property
     def vector_names(self) -> str:
         """The vectors to the point, p*_0 ... p*_{n-1}, or p*_1 ... p*_n of a modified table."""
-        return self.join([f"${self.convention.vector_name(i)}$" for i in range(1, self.chain.n + 1)])
+        return self.join([f"${self.convention.name_vector(i)}$" for i in range(1, self.chain.n + 1)])
 
     @property
     def has_parallel_axes(self) -> bool:

@@ -31,7 +31,7 @@ def convention_of(chain: "Chain") -> Convention:
 
     >>> from qdot.exercises.arm.chain import Chain, Joint
     >>> arm = Chain("arm", (Joint("R", "theta1", 0, "a1", 0),), ("vx",), convention="modified-dh")
-    >>> convention_of(arm).axis_name(), convention_of(arm).axis_name(1)
+    >>> convention_of(arm).name_axis(), convention_of(arm).name_axis(1)
     ('z_{i}', 'z_{1}')
     """
     return REGISTRY[chain.convention](chain)

@@ -127,24 +127,24 @@ class Convention:
         yield "z", row.theta, row.d
         yield "x", row.alpha, row.a
 
-    def rotation(self, row: "Joint") -> sp.Matrix:
+    def make_rotation(self, row: "Joint") -> sp.Matrix:
         """Return the rotation from frame i to frame i-1 (3 x 3)."""
         rotations = [rot_z(angle) if axis == "z" else rot_x(angle) for axis, angle, _ in self.split_row(row)]
         return rotations[0] * rotations[1]
 
-    def link_vector(self, row: "Joint") -> sp.Matrix:
+    def make_link_vector(self, row: "Joint") -> sp.Matrix:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (below 6.13; 3 x 1, m)."""
         return sp.Matrix([row.a * sp.cos(row.theta), row.a * sp.sin(row.theta), row.d])
 
-    def distance_along_axis(self, row: "Joint") -> sp.Expr:
+    def find_distance_along_axis(self, row: "Joint") -> sp.Expr:
         """Return the distance (m) along a joint's axis from the standard origin to the convention's origin."""
         return sp.S.Zero
 
-    def frame_on_axis(self, joint: int) -> int:
+    def find_frame_on_axis(self, joint: int) -> int:
         """Return the number of the frame whose z axis is the axis of a joint (counted from 1)."""
         return joint - 1
 
-    def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
+    def find_step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
         """Return alpha (rad) and a (m) of the step Rx(alpha) Tx(a) from the convention's to the standard frame."""
         return sp.S.Zero, sp.S.Zero
 
@@ -163,22 +163,22 @@ class Convention:
 
     # --- names ---
 
-    def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
+    def name_axis(self, joint: int | None = None, at_home: bool = False) -> str:
         """Return the name of a joint's axis; without a `joint`, the name of the axis of a revolute joint i."""
         return f"z_{{{self._axis_index(joint)}}}"
 
     @property
     def prismatic_axis_name(self) -> str:
         """The name of the axis of a prismatic joint i."""
-        return self.axis_name()
+        return self.name_axis()
 
-    def vector_name(self, joint: int | None = None) -> str:
+    def name_vector(self, joint: int | None = None) -> str:
         """Return the name of the vector from a joint's axis to the point of interest; without a `joint`, of joint i."""
         return f"p^*_{{{self._axis_index(joint)}}}"
 
-    def axis_to_type(self, joint: int) -> str:
+    def write_axis_to_type(self, joint: int) -> str:
         """Return the name of a joint's axis for answers, as students type it."""
-        return f"z{self.frame_on_axis(joint)}"
+        return f"z{self.find_frame_on_axis(joint)}"
 
     @property
     def axis_in_words(self) -> str:
@@ -186,23 +186,23 @@ class Convention:
         return f"z_({self.frame_index})" if len(self.frame_index) > 1 else f"z_{self.frame_index}"
 
     def _axis_index(self, joint: int | None) -> str:
-        return self.frame_index if joint is None else str(self.frame_on_axis(joint))
+        return self.frame_index if joint is None else str(self.find_frame_on_axis(joint))
 
-    def vector_start(self, joint: int, catalogue: "Catalogue") -> str:
+    def name_vector_start(self, joint: int, catalogue: "Catalogue") -> str:
         """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
-        return f"$O_{{{self.frame_on_axis(joint)}}}$"
+        return f"$O_{{{self.find_frame_on_axis(joint)}}}$"
 
-    def reference_frame_name(self, catalogue: "Catalogue") -> str:
+    def name_reference_frame(self, catalogue: "Catalogue") -> str:
         """Return the name of the frame in which positions and directions are expressed."""
         return catalogue.gettext("the base frame $O_0$") if self.base.is_world else catalogue.gettext("the world frame")
 
-    def origin_name(self, frame: int) -> str | None:
+    def name_origin(self, frame: int) -> str | None:
         """Return the convention's name for the origin of a standard frame, such as "O_2" or "P", or None."""
         return f"O_{frame}"
 
-    def origin_in_words(self, frame: int) -> str | None:
+    def describe_origin(self, frame: int) -> str | None:
         """Return the origin of a standard frame in words; None if the convention has no name for the origin."""
-        name = self.origin_name(frame)
+        name = self.name_origin(frame)
         return "the point" if name == "P" else name and f"the origin {name.replace('_', '')}"
 
     def rename_origins(self, statement: str) -> str:
@@ -217,7 +217,7 @@ class Convention:
         >>> [convention(arm).rename_origins(statement)[:15] for convention in REGISTRY.values()]
         ['the origin O1 l', 'the origin O2 l', "q2' lies on the"]
         """
-        names = {match[0]: self.origin_in_words(int(match[1])) for match in _ORIGIN_IN_WORDS.finditer(statement)}
+        names = {match[0]: self.describe_origin(int(match[1])) for match in _ORIGIN_IN_WORDS.finditer(statement)}
         if None in names.values():
             return NO_SIMPLE_MEANING
         return _ORIGIN_IN_WORDS.sub(lambda match: str(names[match[0]]), statement)

@@ -62,7 +62,7 @@ class ModifiedDh(Convention):
     @property
     def point(self) -> "Point":
         """The point of interest, in coordinates of the modified frame on its link."""
-        point, (alpha, a) = self.chain.point, self.step_to_standard_frame(self.chain.point.frame)
+        point, (alpha, a) = self.chain.point, self.find_step_to_standard_frame(self.chain.point.frame)
         c, s, (x, y, z) = sp.cos(alpha), sp.sin(alpha), point.offset
         return replace(point, offset=(a + x, c * y - s * z, s * y + c * z))
 
@@ -77,19 +77,19 @@ class ModifiedDh(Convention):
         yield "x", row.alpha, row.a
         yield "z", row.theta, row.d
 
-    def link_vector(self, row: "Joint") -> sp.Matrix:
+    def make_link_vector(self, row: "Joint") -> sp.Matrix:
         """Return r_i, from O_{i-1} to O_i in frame i-1 (3 x 1, m)."""
         return sp.Matrix([row.a, -row.d * sp.sin(row.alpha), row.d * sp.cos(row.alpha)])
 
-    def distance_along_axis(self, row: "Joint") -> sp.Expr:
+    def find_distance_along_axis(self, row: "Joint") -> sp.Expr:
         """Return d, the distance (m) along z_i from the standard origin O_{i-1} to the modified origin O_i."""
         return row.d
 
-    def frame_on_axis(self, joint: int) -> int:
+    def find_frame_on_axis(self, joint: int) -> int:
         """Return the number of the frame whose z axis is the axis of a joint: the joint's own number."""
         return joint
 
-    def step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
+    def find_step_to_standard_frame(self, frame: int) -> tuple[sp.Expr, sp.Expr]:
         """Return alpha (rad) and a (m) of the step Rx(alpha) Tx(a) from a link's modified to its standard frame.
 
         For the base, frame 0, these are the entries of the first modified row, which tilt and shift the base.
@@ -117,12 +117,12 @@ class ModifiedDh(Convention):
         *first_rows, last_row = shortened_arm.joints
         return replace(shortened_arm, joints=(*first_rows, replace(last_row, a=sp.S.Zero, alpha=sp.S.Zero)))
 
-    def origin_name(self, frame: int) -> str | None:
+    def name_origin(self, frame: int) -> str | None:
         """Return the name of the modified origin, or of P, that always coincides with a standard origin; else None."""
         chain = self.chain
         if frame < chain.n and chain.joints[frame].is_revolute and chain.joints[frame].d == 0:
             return f"O_{frame + 1}"
         if frame == chain.point.frame and chain.point.is_origin:
             return "P"
-        _, shift = self.step_to_standard_frame(frame)
+        _, shift = self.find_step_to_standard_frame(frame)
         return f"O_{frame}" if shift == 0 else None

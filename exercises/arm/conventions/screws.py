@@ -35,7 +35,7 @@ class Screws(Convention):
         """Whether the angular velocity comes first in twists, which is the default."""
         return self.chain.twist_order == self.twist_orders[0]
 
-    def axis_name(self, joint: int | None = None, at_home: bool = False) -> str:
+    def name_axis(self, joint: int | None = None, at_home: bool = False) -> str:
         """Return the name of an axis direction, with a prime unless the axis is at home."""
         letter = "v" if joint is not None and self.chain.joints[joint - 1].is_prismatic else r"\omega"
         return f"{letter}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
@@ -50,26 +50,26 @@ class Screws(Convention):
         """The name of the axis of joint i for sentences without formulas."""
         return "omega_i, or v_i for a prismatic joint" if self.chain.prismatic_joints else "omega_i"
 
-    def vector_name(self, joint: int | None = None) -> str:
+    def name_vector(self, joint: int | None = None) -> str:
         """Return the name of the vector from the axis of a joint to the point of interest."""
         return f"p_{{{joint or 'i'}}}"
 
-    def axis_to_type(self, joint: int) -> str:
+    def write_axis_to_type(self, joint: int) -> str:
         """Return the name of the direction of a joint's axis, as students type it."""
         return f"{'v' if self.chain.joints[joint - 1].is_prismatic else 'omega'}{joint}"
 
-    def vector_start(self, joint: int, catalogue: "Catalogue") -> str:
+    def name_vector_start(self, joint: int, catalogue: "Catalogue") -> str:
         """Return the name of the point on a joint's axis at which the vector to the point of interest starts."""
         return catalogue.gettext("a point on the axis")
 
-    def reference_frame_name(self, catalogue: "Catalogue") -> str:
+    def name_reference_frame(self, catalogue: "Catalogue") -> str:
         """Return the name of the frame in which positions and directions are expressed."""
         return catalogue.gettext("the space frame {s}")
 
-    def origin_name(self, frame: int) -> str | None:
+    def name_origin(self, frame: int) -> str | None:
         """Return None, because the links have no frames."""
         return None
 
-    def origin_in_words(self, frame: int) -> str | None:
+    def describe_origin(self, frame: int) -> str | None:
         """Return the name of the point on the axis of the next joint; None if that joint is prismatic."""
         return f"q{frame + 1}'" if frame < self.chain.n and self.chain.joints[frame].is_revolute else None

@@ -536,15 +536,15 @@ def test_first_row_may_have_length_and_twist(alpha: object, a: object) -> None:
         frames = compute_convention_frames(arm, compute_skeleton(drawable, q))
         assert np.allclose(frames, compute_modified_frames(drawable, {}, q[None])[0], atol=1e-9)
     on_axis = "O_0" if first.a == 0 else None  # d_1 leads from the axis to O_1
-    assert convention_of(arm).origin_name(0) == on_axis
+    assert convention_of(arm).name_origin(0) == on_axis
     flat = replace(sample_modified_arm("planar-3r", variation="chapter"), base=base)
-    assert [convention_of(flat).origin_name(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert [convention_of(flat).name_origin(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
 
 
 def test_origins_have_the_names_of_the_convention() -> None:
     planar, puma = (
         convention_of(sample_modified_arm(family, variation="chapter")) for family in ("planar-3r", "puma-560")
     )
-    assert [planar.origin_name(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
-    assert puma.origin_name(1) == "O_2"
-    assert puma.origin_name(2) is None  # d3 leads away from O_2 of the standard
+    assert [planar.name_origin(k) for k in range(4)] == ["O_1", "O_2", "O_3", "P"]
+    assert puma.name_origin(1) == "O_2"
+    assert puma.name_origin(2) is None  # d3 leads away from O_2 of the standard

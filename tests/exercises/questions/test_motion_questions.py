@@ -43,7 +43,9 @@ def evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:
 
 def compute_row_transform(chain: Chain, joint: Joint) -> sp.Matrix:
     convention = convention_of(chain)
-    return convention.rotation(joint).row_join(convention.link_vector(joint)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+    return (
+        convention.make_rotation(joint).row_join(convention.make_link_vector(joint)).col_join(sp.Matrix([[0, 0, 0, 1]]))
+    )
 
 
 @on_families(ARMS)
