@@ -159,7 +159,7 @@ def test_no_mistake_message_names_a_table_or_link_frames(family: str) -> None:
     for part in generate(identity).parts:
         messages |= {mistake.format_message(take.words) for mistake, take in generate_mistaken_answers(arm, part)}
     table = re.compile(
-        r"\b(table|frames?|(?<!exchanged )(?<!sign of )rows?) (\d|i\b|of the table|below)"
+        r"\b(table|frames?|(?<!exchanged )(?<!entries of )rows?) (\d|i\b|of the table|below)"
         r"|\btable\b|(base|last|own) frame|p\*|\bO\d"
     )
     assert not [sentence for sentence in messages if table.search(sentence)]
