@@ -7,12 +7,14 @@ import html
 import json
 import re
 import xml.etree.ElementTree as ET
+from collections.abc import Callable
 
 import pytest
 import sympy as sp
 from sympy.printing.str import StrPrinter
 
 from qdot.exercises.formula.latex import parse_latex
+from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.mathml import print_mathml, print_plain_mathml
 from qdot.exercises.formula.printers.maxima import print_maxima
 from qdot.exercises.formula.printers.python import print_python
@@ -27,7 +29,7 @@ from tests.support import DATA, read_cases
 
 A, B, C = sp.symbols("a b c", real=True)
 PRINTED = read_cases("printed")
-PRINTERS = {"speech": print_speech, "typst": print_typst, "unicode": print_unicode}
+PRINTERS: dict[str, Callable[[Layout], str]] = {"speech": print_speech, "typst": print_typst, "unicode": print_unicode}
 FOR_MAXIMA = [
     (sp.Pow(sp.Pow(A, B, evaluate=False), C, evaluate=False), "(a^(b))^(c)"), ((A + B) ** 2, "(a + b)^2"),
     (sp.Pow(-A, 2, evaluate=False), "(-a)^2"), (A**2, "a^2"), (sp.sqrt(A), "sqrt(a)"),
