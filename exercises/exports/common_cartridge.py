@@ -3,7 +3,7 @@
 A cartridge has no random selection and at most one question bank. So one cartridge contains a quiz for each version,
 with another variant of every question. Further cartridges contain the bank of one question each, for platforms that can
 select a question from a bank at random. Cartridges have no type of question for numbers: a question asks for one number
-and lists the texts that are accepted. They have no matching questions, which are left out.
+and lists the texts that are accepted. Matching questions are left out, because cartridges can't contain them.
 """
 
 import re

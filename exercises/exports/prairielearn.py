@@ -124,7 +124,7 @@ def _make_uuid(assignment: Assignment, name: str) -> str:
 
 
 def _make_assessments(assignment: Assignment, attempt_count: int) -> dict[str, dict[str, object]]:
-    """Return a homework, in which students may practise with new variants, and an exam with a single variant.
+    """Return a homework assessment, in which students may practise with new variants, and an exam with one variant.
 
     `attempt_count` is the number of attempts at a variant. The best attempt counts.
     """

@@ -107,7 +107,7 @@ def make_arm_data(chain: Chain) -> Json:
 
 
 def _find_errata_pages() -> dict[int, str]:
-    """Return, by a correction's number, the address of the page of the example that it corrects."""
+    """Return the path of the example's page that each erratum corrects, by the number of the erratum."""
     return {
         number: make_example_path(example.number)
         for number, erratum in enumerate(read_errata(), 1)

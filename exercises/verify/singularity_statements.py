@@ -243,9 +243,9 @@ def _is_extreme_sideways(clause: _Clause) -> bool:
 def _is_stretched(clause: _Clause) -> bool:
     """Return whether the arm is stretched out or folded back after one of its revolute joints, as stated.
 
-    The later parallel joints can then bring the point no farther from the axis, or some of these joints can bring the
-    point no nearer. If the task has angular rows, a point on the last axis and the wrist centre are also tested instead
-    of the tool point.
+    If the arm is stretched out, the later parallel joints can bring the point no farther from the axis. If it is folded
+    back, some of these joints can bring the point no nearer. If the task has angular rows, a point on the last axis and
+    the wrist centre are also tested instead of the tool point.
     """
     sample, stated_stretches = clause.sample, set(re.findall("stretched out|folded back", clause.match[0]))
     revolute_joints = [i for i, kind in enumerate(sample.arm.kinds) if kind == REVOLUTE]
@@ -262,7 +262,7 @@ def _is_stretched(clause: _Clause) -> bool:
 def _describe_stretch(sample: Sample, position: PositionFunction, revolute_joints: Sequence[int]) -> str:
     """Return "stretched out" or "folded back" for the arm after the first of some revolute joints; "" if it is neither.
 
-    Only joints count that change the distance of the position from the first axis. Their axes must be parallel, and
+    Only joints that change the distance of the position from the first axis count. Their axes must be parallel, and
     each of these joints must have brought the position to its largest or smallest distance. The arm is stretched out if
     all links between the axes point in the same direction, seen along the axes.
     """

@@ -59,13 +59,13 @@ class Expansion:
     def with_numbers(self, substitute: Substitution, result: sp.Expr) -> "Expansion":
         """Return the expansion with numbers substituted, and with the simplified `result` as the last form."""
         steps = tuple(step.with_numbers(substitute) for step in self.steps)
-        (products,) = map(substitute, self.products)
-        is_expanded = sp.expand(products - result) == 0  # quicker than the next test, which needs ±result
-        if is_expanded or sp.expand(products + result) == 0:
-            unsigned_products = {_remove_signs(products), _remove_signs(sp.factor_terms(products))}
-            if unsigned_products & {_remove_signs(result), _remove_signs(sp.factor_terms(result))}:
+        (first_form,) = map(substitute, self.products)
+        is_expanded = sp.expand(first_form - result) == 0  # quicker than the next test, which needs ±result
+        if is_expanded or sp.expand(first_form + result) == 0:
+            unsigned_forms = {_remove_signs(first_form), _remove_signs(sp.factor_terms(first_form))}
+            if unsigned_forms & {_remove_signs(result), _remove_signs(sp.factor_terms(result))}:
                 return replace(self, steps=steps, products=(result,))
-        return replace(self, steps=steps, products=(products, result), uses_identities=not is_expanded)
+        return replace(self, steps=steps, products=(first_form, result), uses_identities=not is_expanded)
 
 
 def _remove_signs(product: sp.Expr) -> sp.Expr:
@@ -120,8 +120,8 @@ def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ())
         steps = (*steps, ExpansionStep("alone", factor, matrix, line=line, entry=entry))
         line, positions = find_sparsest_line(matrix)
     if matrix.rows <= 2:
-        total = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0] if matrix.rows == 2 else matrix[0, 0]
-        return Expansion(steps, "", (factor * total,))
+        minor = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0] if matrix.rows == 2 else matrix[0, 0]
+        return Expansion(steps, "", (factor * minor,))
     products = []
     for position in positions:
         minor = to_textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz")))
@@ -137,7 +137,7 @@ class Line(NamedTuple):
 
 
 def find_sparsest_line(matrix: sp.Matrix) -> Line:
-    """Return the row or column with the fewest nonzero entries; of several such, the one with the simplest entries."""
+    """Return the row or column with the fewest nonzero entries; if several have as few, the one with the simplest."""
     rows = [Line(f"row {i + 1}", [(i, j) for j in range(matrix.cols)]) for i in range(matrix.rows)]
     columns = [Line(f"column {j + 1}", [(i, j) for i in range(matrix.rows)]) for j in range(matrix.cols)]
     lines = [Line(name, [p for p in positions if matrix[p] != 0]) for name, positions in rows + columns]
