@@ -14,6 +14,7 @@ import mpmath
 import numpy as np
 
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.formula import set_parser
 from qdot.exercises.formula.equality import DOUBLE_TOLERANCE, Domain, Rounding, round_to_six_digits
 from qdot.exercises.formula.program import (
     PRECISE_DIGITS,
@@ -23,15 +24,7 @@ from qdot.exercises.formula.program import (
     evaluate_constant,
     evaluate_precisely,
 )
-from qdot.exercises.formula.set_parser import (
-    Atom,
-    Piece,
-    is_tied,
-    make_half_sine,
-    parse_pieces,
-    solve_for_angle,
-    split_zeros,
-)
+from qdot.exercises.formula.set_parser import Atom, Piece
 from qdot.exercises.formula.trees import Node, find_names
 
 SAMPLE_COUNT = 50
@@ -244,13 +237,13 @@ def _compile_piece(piece: Piece, joints: Sequence[str], angles: Collection[str])
     A tied joint (`is_tied`) can't be assigned its value. Instead, one more expression vanishes: joint - value or, if
     the joint is one of the `angles`, the sine of half this difference.
     """
-    tied_atoms = [atom for atom in piece if atom.joint is not None and is_tied(atom, piece, joints)]
+    tied_atoms = [atom for atom in piece if atom.joint is not None and set_parser.is_tied(atom, piece, joints)]
     untied_atoms = [atom for atom in piece if atom.joint is not None and atom not in tied_atoms]
     untied_atoms.sort(key=lambda atom: bool(find_names(atom.expression) & set(joints)))
     vanishing_expressions = [atom.expression for atom in piece if atom.joint is None]
     for atom in tied_atoms:
         difference = Node("-", (Node("name", value=atom.joint), atom.expression))
-        vanishing_expressions.append(make_half_sine(difference) if atom.joint in angles else difference)
+        vanishing_expressions.append(set_parser.make_half_sine(difference) if atom.joint in angles else difference)
     free_names = set().union(*map(find_names, vanishing_expressions)) - {atom.joint for atom in untied_atoms}
     assignments = [(str(atom.joint), compile_program([atom.expression])) for atom in untied_atoms]
     free_joints = [joint for joint in joints if joint in free_names]
@@ -332,8 +325,8 @@ class ConfigurationSpace:
 
         The condition sin(theta1 + theta2) = 0 has two pieces.
         """
-        pieces = [piece for condition in conditions for piece in parse_pieces(condition, self.joints)]
-        return [smaller_piece for piece in pieces for smaller_piece in split_zeros(piece, self.angles)]
+        pieces = [piece for condition in conditions for piece in set_parser.parse_pieces(condition, self.joints)]
+        return [smaller_piece for piece in pieces for smaller_piece in set_parser.split_zeros(piece, self.angles)]
 
     def collect_names(self, unions: Sequence[Sequence[Piece]]) -> set[str]:
         """Return all joints, and every other name in the unions of pieces."""
@@ -459,7 +452,7 @@ def compare_sets(
     `seed` determines the random configurations.
     """
     claimed_pieces, reference_pieces = (
-        [tuple(solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces]
+        [tuple(set_parser.solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces]
         for pieces in (claimed_pieces, reference_pieces)
     )
     used_names = space.collect_names([claimed_pieces, reference_pieces])

@@ -17,15 +17,8 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.derivation.arithmetic import apply_matrix, cofactor_signs, determinant, matrix_product
 from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.derivation.graph import Change, StageResults, decompose_jacobian, list_links_to_point
-from qdot.exercises.mistakes.base import (
-    AnswerShape,
-    MistakeVariant,
-    VariantGenerator,
-    combine,
-    scale_entries,
-    vary_each,
-    vary_if,
-)
+from qdot.exercises.mistakes import base
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator
 
 
 def _has_square_jacobian(chain: Chain, *, min_joints: int = 2, max_joints: int = 6) -> bool:
@@ -39,12 +32,12 @@ def _has_wide_jacobian(chain: Chain) -> bool:
 
 def _vary_if_wide(stage: str, *changes: Change) -> VariantGenerator:
     """Return a function that yields a variant for each change of a stage, if J has more columns than rows."""
-    return combine(*(vary_if(_has_wide_jacobian, {stage: change}) for change in changes))
+    return base.combine(*(base.vary_if(_has_wide_jacobian, {stage: change}) for change in changes))
 
 
 def _vary_if_square(stage: str, change: Change, *, min_joints: int = 2, max_joints: int = 6) -> VariantGenerator:
     """Return a function that yields one variant if J is square and the number of joints is in a range."""
-    return vary_if(partial(_has_square_jacobian, min_joints=min_joints, max_joints=max_joints), {stage: change})
+    return base.vary_if(partial(_has_square_jacobian, min_joints=min_joints, max_joints=max_joints), {stage: change})
 
 
 def _expand_without_signs(stages: StageResults, _: np.ndarray) -> np.ndarray:
@@ -169,7 +162,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "determinant-sign": _vary_if_square("determinant", lambda stages, value: -value, min_joints=1),
     "wave-exchanged": _exchange_sine_and_cosine,  # sine for cosine, or cosine for sine
     "factor-lost": _drop_factor,
-    "transpose-for-inverse": combine(
+    "transpose-for-inverse": base.combine(
         _vary_if_square("inverse", lambda stages, _: stages["transposed jacobian"]),
         _vary_if_wide("pseudo-inverse", lambda stages, _: stages["transposed jacobian"]),
     ),
@@ -184,9 +177,9 @@ VARIANTS: dict[str, VariantGenerator] = {
         "inverse", lambda stages, value: value / stages["determinant"], min_joints=1
     ),
     "adjugate-not-transposed": _vary_if_square("adjugate", lambda stages, _: stages["cofactors"]),
-    "cofactor-signs": combine(
+    "cofactor-signs": base.combine(
         _vary_if_square("cofactors", lambda stages, _: stages["minors"]),
-        vary_if(
+        base.vary_if(
             lambda chain: chain.n == len(chain.task) + 1,
             # rate i of a self-motion is the maximal minor without column i, with alternating signs
             {"self-motion": lambda stages, motion: motion * cofactor_signs(stages.n)[0][:, None]},
@@ -199,7 +192,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "minor-missing": _miscount_minors,
     "minors-not-squared": _vary_if_wide("gram determinant", lambda stages, _: _add_minors(stages)),
     "root-taken": _vary_if_wide("gram determinant", lambda stages, value: stages.arithmetic.sqrt(value)),
-    "direction-that-moves": vary_if(
+    "direction-that-moves": base.vary_if(
         lambda chain: len(chain.task) == 2, {"lost direction": lambda stages, _: decompose_jacobian(stages).u[:, 0]}
     ),  # the direction perpendicular to the lost direction
     "null-vector-of-jacobian": _vary_if_square(
@@ -213,7 +206,7 @@ VARIANTS: dict[str, VariantGenerator] = {
         min_joints=6,
     ),
     "wrist-alone": _vary_if_square(  # the angular rows of joints 1 to 3 are zero
-        "jacobian", scale_entries((slice(3, None), slice(3)), factor=0), min_joints=6
+        "jacobian", base.scale_entries((slice(3, None), slice(3)), factor=0), min_joints=6
     ),
     "sum-squared": _vary_if_wide(
         "gram determinant",
@@ -221,9 +214,9 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda stages, _: _add_minors(stages, sign=-1) ** 2,
     ),
     "square-lost": _drop_repeated_factor,
-    "velocity-sign": vary_each(
+    "velocity-sign": base.vary_each(
         lambda chain: enumerate(chain.task),
-        lambda i, name: MistakeVariant({"wanted velocity": scale_entries(i, factor=-1)}, words={"name": name}),
+        lambda i, name: MistakeVariant({"wanted velocity": base.scale_entries(i, factor=-1)}, words={"name": name}),
     ),
     "velocity-components-exchanged": _vary_if_square(
         "wanted velocity", lambda stages, velocity: velocity[::-1], max_joints=2

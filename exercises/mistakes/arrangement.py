@@ -10,15 +10,8 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.derivation.graph import RESULT, StageResults
-from qdot.exercises.mistakes.base import (
-    AnswerShape,
-    MistakeVariant,
-    VariantGenerator,
-    exchange,
-    name_items,
-    scale_entries,
-    vary_always,
-)
+from qdot.exercises.mistakes import base
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator
 
 PLANAR_ROWS = ("vx", "vy", "wz")
 """The components of velocity that a planar arm can have: the other rows of its Jacobian are zero."""
@@ -27,7 +20,7 @@ PLANAR_ROWS = ("vx", "vy", "wz")
 def _exchange_two(axis: int) -> VariantGenerator:
     """Return a function that yields variants with two rows (axis 0) or columns (axis 1) of the result exchanged."""
     return lambda chain, shape: (
-        MistakeVariant({RESULT: exchange(i, j, axis)}, words={"one": _name_lines(axis, shape, [i, j])})
+        MistakeVariant({RESULT: base.exchange(i, j, axis)}, words={"one": _name_lines(axis, shape, [i, j])})
         for i, j in combinations(range(shape[axis]), 2)
     )
 
@@ -35,7 +28,7 @@ def _exchange_two(axis: int) -> VariantGenerator:
 def _name_lines(axis: int, shape: AnswerShape, indices: Sequence[int]) -> str:
     """Return the name of rows (axis 0) or columns (axis 1) of an answer, such as "row 2", or "entry 2" of a vector."""
     noun = "entry" if shape[1 - axis] == 1 else ("row", "column")[axis]
-    return name_items(noun, [index + 1 for index in indices])
+    return base.name_items(noun, [index + 1 for index in indices])
 
 
 def _negate_one(axis: int) -> VariantGenerator:
@@ -45,7 +38,7 @@ def _negate_one(axis: int) -> VariantGenerator:
     """
     return lambda chain, shape: (
         MistakeVariant(  # the index is (i,) for row i, and (slice(None), i) for column i
-            {RESULT: scale_entries((slice(None),) * axis + (i,), factor=-1)},
+            {RESULT: base.scale_entries((slice(None),) * axis + (i,), factor=-1)},
             words={"one": _name_lines(axis, shape, [i])},
         )
         for i in (range(shape[axis]) if shape[axis] > 1 else ())
@@ -94,16 +87,16 @@ VARIANTS: dict[str, VariantGenerator] = {
     "rows-exchanged": _exchange_two(axis=0),
     "columns-exchanged": _exchange_two(axis=1),
     "columns-reversed": _change_result(lambda stages, values: values[:, ::-1], lambda chain, shape: shape[1] > 2),
-    "sign": vary_always({RESULT: lambda stages, values: -values}),
+    "sign": base.vary_always({RESULT: lambda stages, values: -values}),
     "column-sign": _negate_one(axis=1),
     "row-sign": _negate_one(axis=0),
     "rates-left-in": _change_result(
         lambda stages, values: values * stages.stack_symbol_values(stages.chain.rates)[None],
         lambda chain, shape: shape[1] == chain.n > 1,
     ),
-    "rates-left-out": vary_always({"joint rates": lambda stages, rates: rates * 0 + 1}),
+    "rates-left-out": base.vary_always({"joint rates": lambda stages, rates: rates * 0 + 1}),
     "rates-exchanged": lambda chain, _: (
-        MistakeVariant({"joint rates": exchange(i, j)}, words={"one": i + 1, "other": j + 1})
+        MistakeVariant({"joint rates": base.exchange(i, j)}, words={"one": i + 1, "other": j + 1})
         for i, j in combinations(range(chain.n), 2)
     ),
 }

@@ -217,7 +217,7 @@ def join_words(words: Sequence[str]) -> str:
 
 
 def list_joints_of_kind(stages: StageResults, kind: str) -> list[int]:
-    """Return the joints (from 0) that have a kind in a derivation, in which a mistake may confuse the kinds."""
+    """Return the joints (from 0) of a kind, by the stage "joint kinds", which a mistake may have changed."""
     return [i for i, kind_of_joint in enumerate(stages["joint kinds"]) if kind_of_joint == kind]
 
 

@@ -15,30 +15,11 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.derivation import graph
 from qdot.exercises.derivation.arithmetic import apply_matrix, cross, matrix_product
-from qdot.exercises.derivation.graph import (
-    RESULT,
-    Change,
-    StageResults,
-    Table,
-    compute_convention_rotation,
-    list_links_to_point,
-    rotate_rows,
-)
-from qdot.exercises.mistakes.base import (
-    AnswerShape,
-    MistakeVariant,
-    VariantGenerator,
-    exchange,
-    list_joints_of_kind,
-    make_joint_words,
-    make_propagated_variant,
-    scale_entries,
-    vary_always,
-    vary_each,
-    vary_each_joint_and_all,
-    vary_if,
-)
+from qdot.exercises.derivation.graph import RESULT, Change, StageResults, Table
+from qdot.exercises.mistakes import base
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator
 from qdot.exercises.mistakes.position import find_first_joint_of_run, list_nonzero_links, make_link_words
 
 # --- differentiation ---
@@ -55,7 +36,7 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
             links = [link for link in list_nonzero_links(chain) if link >= joint]
             for link in links if len(links) >= min_terms else ():
                 words = {"joint": joint + 1, **make_link_words(chain, link)}
-                yield MistakeVariant({"link derivatives": scale_entries((joint, link), factor)}, words=words)
+                yield MistakeVariant({"link derivatives": base.scale_entries((joint, link), factor)}, words=words)
 
     return generate
 
@@ -63,14 +44,14 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
 def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the derivatives, with zeros for all links except the one directly after each joint."""
     later_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
-    return np.asarray(scale_entries(later_links, factor=0)(stages, link_derivatives))
+    return np.asarray(base.scale_entries(later_links, factor=0)(stages, link_derivatives))
 
 
 def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant in which only the last link contributes to the columns."""
     links = list_nonzero_links(chain)
     if len(links) > 1:
-        yield MistakeVariant({"link derivatives": scale_entries((slice(None), links[:-1]), factor=0)})
+        yield MistakeVariant({"link derivatives": base.scale_entries((slice(None), links[:-1]), factor=0)})
 
 
 def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
@@ -80,7 +61,9 @@ def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
     signs of the derivatives of all sines, but not of cosines.
     """
     run_start = find_first_joint_of_run(stages.chain, joint)
-    run = [i for i in list_joints_of_kind(stages, REVOLUTE) if find_first_joint_of_run(stages.chain, i) == run_start]
+    run = [
+        i for i in base.list_joints_of_kind(stages, REVOLUTE) if find_first_joint_of_run(stages.chain, i) == run_start
+    ]
 
     def mirror(_: StageResults, table: Table) -> Table:
         rows = (replace(row, theta=-row.theta) if i in run else row for i, row in enumerate(table.rows))
@@ -99,19 +82,19 @@ def _flip_derivative(sign: int) -> VariantGenerator:
 
     def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
         new_derivatives = np.array(link_derivatives)
-        for i in list_joints_of_kind(stages, REVOLUTE):
+        for i in base.list_joints_of_kind(stages, REVOLUTE):
             new_derivatives[i] = sign * _mirror_link_derivatives(stages, i)
         return new_derivatives
 
-    return vary_if(lambda chain: chain.revolute_joints, {"link derivatives": apply_change})
+    return base.vary_if(lambda chain: chain.revolute_joints, {"link derivatives": apply_change})
 
 
 def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the derivatives, but for revolute joints the link vectors themselves instead of their derivatives."""
     new_derivatives = np.array(link_derivatives)
     links = stages.arithmetic.drop_derivatives(np.stack(stages["link vectors"]))
-    for joint in list_joints_of_kind(stages, REVOLUTE):
-        later_links = [k for k in list_links_to_point(stages.chain) if k >= joint]
+    for joint in base.list_joints_of_kind(stages, REVOLUTE):
+        later_links = [k for k in graph.list_links_to_point(stages.chain) if k >= joint]
         new_derivatives[joint, later_links] = links[later_links]
     return new_derivatives
 
@@ -125,7 +108,8 @@ def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = Fal
     If `names_axis`, the message names the axis of joint i, and the frame on this axis.
     """
     return lambda chain, _: (
-        make_propagated_variant(changes, words=_make_axis_words(chain) if names_axis else {}) for changes in change_sets
+        base.make_propagated_variant(changes, words=_make_axis_words(chain) if names_axis else {})
+        for changes in change_sets
     )
 
 
@@ -173,9 +157,9 @@ def _treat_joints_as(wrong_kind: str, correct_kind: str) -> VariantGenerator:
         def apply_change(stages: StageResults, correct_kinds: list[str]) -> list[str]:
             return [wrong_kind if i in treated_joints else kind for i, kind in enumerate(correct_kinds)]
 
-        return make_propagated_variant({"joint kinds": apply_change}, words=make_joint_words(treated_joints))
+        return base.make_propagated_variant({"joint kinds": apply_change}, words=base.make_joint_words(treated_joints))
 
-    return lambda chain, shape: vary_each_joint_and_all(chain.list_joints_of_kind(correct_kind), treat)
+    return lambda chain, shape: base.vary_each_joint_and_all(chain.list_joints_of_kind(correct_kind), treat)
 
 
 def _replace_angular(
@@ -195,20 +179,20 @@ def _replace_angular(
 def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
     """Return the variant in which prismatic joints cause an angular velocity."""
     return _replace_angular(
-        lambda stages, i, column: stages["axes"][i] if i in joints else column, words=make_joint_words(joints)
+        lambda stages, i, column: stages["axes"][i] if i in joints else column, words=base.make_joint_words(joints)
     )
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
     return _replace_angular(
-        lambda stages, i, column: 0 * column if i in joints else column, words=make_joint_words(joints)
+        lambda stages, i, column: 0 * column if i in joints else column, words=base.make_joint_words(joints)
     )
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     revolute_joints = chain.revolute_joints
     for i in revolute_joints if len(revolute_joints) > 2 else ():
-        yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=make_joint_words([i]))
+        yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=base.make_joint_words([i]))
 
 
 def _use_next_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -245,7 +229,7 @@ def _use_local_axes(stages: StageResults, axes: np.ndarray) -> np.ndarray:
 def _list_rotations_on_axes(stages: StageResults) -> list[np.ndarray]:
     """Return the rotations of the frames on the axes of joints 1 to n + 1; the last frame replaces a missing one."""
     frames = [convention_of(stages.chain).find_frame_on_axis(joint) for joint in range(1, stages.n + 2)]
-    return [compute_convention_rotation(stages, min(frame, stages.n)) for frame in frames]
+    return [graph.compute_convention_rotation(stages, min(frame, stages.n)) for frame in frames]
 
 
 def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
@@ -256,13 +240,13 @@ def _use_frame_axis(axis: str, joint: int | None = None) -> MistakeVariant:
         return np.stack([column if joint in (i, None) else axes[i] for i, column in enumerate(columns)])
 
     words = {"axis": axis} if joint is None else {"axis": axis, "joint": joint + 1}
-    return make_propagated_variant({"axes": apply_change}, words=words)
+    return base.make_propagated_variant({"axes": apply_change}, words=words)
 
 
 def _drop_joint(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield variants that omit the contribution of one joint to the velocities."""
     for i in range(chain.n) if chain.n > 1 else ():
-        drop = scale_entries((slice(None), i), factor=0)
+        drop = base.scale_entries((slice(None), i), factor=0)
         yield MistakeVariant({"linear rows": drop, "angular rows": drop}, words={"joint": i + 1})
 
 
@@ -295,7 +279,9 @@ def _leave_in_base(rows: slice) -> Change:
 
 def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
     def rotate(stages: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
-        return rotate_rows(compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric jacobian"])
+        return graph.rotate_rows(
+            graph.compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric jacobian"]
+        )
 
     for frame in range(1, chain.n):
         yield MistakeVariant({"tool jacobian": partial(rotate, frame=frame)}, words={"frame": frame})
@@ -333,12 +319,12 @@ def _use_other_velocity(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVar
 VARIANTS: dict[str, VariantGenerator] = {
     "chain-rule": _scale_term(factor=0, min_terms=2),
     "joint-left-out": _drop_joint,
-    "own-link-only": vary_always({"link derivatives": _keep_own_link}),
+    "own-link-only": base.vary_always({"link derivatives": _keep_own_link}),
     "last-link-only": _keep_last_link,
     "term-sign": _scale_term(factor=-1, min_terms=1),
     "derivative-of-cosine": _flip_derivative(sign=-1),
     "derivative-of-sine": _flip_derivative(sign=1),
-    "not-differentiated": vary_always({"link derivatives": _skip_differentiation}),
+    "not-differentiated": base.vary_always({"link derivatives": _skip_differentiation}),
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
         {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["vectors to point"]))},
@@ -361,37 +347,37 @@ VARIANTS: dict[str, VariantGenerator] = {
     "arm-of-one-link": _vary_propagation({"vectors to point": _stop_at_next_origin}),
     "prismatic-as-revolute": _treat_joints_as(REVOLUTE, PRISMATIC),
     "revolute-as-prismatic": _treat_joints_as(PRISMATIC, REVOLUTE),
-    "slide-turns": vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
-    "no-angular-part": lambda chain, _: vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
-    "slides-turn": vary_each(  # all prismatic joints; "slide-turns" is one of them
+    "slide-turns": base.vary_each(lambda chain: (([i],) for i in chain.prismatic_joints), _rotate_prismatic_joints),
+    "no-angular-part": lambda chain, _: base.vary_each_joint_and_all(chain.revolute_joints, _drop_angular),
+    "slides-turn": base.vary_each(  # all prismatic joints; "slide-turns" is one of them
         lambda chain: [(chain.prismatic_joints,)] if len(chain.prismatic_joints) > 1 else [], _rotate_prismatic_joints
     ),
     "angular-of-one-joint": _keep_one_angular,
     "angular-of-next-axis": _use_next_angular,
-    "blocks-exchanged": vary_always(  # the angular rows before the linear rows
+    "blocks-exchanged": base.vary_always(  # the angular rows before the linear rows
         {"geometric jacobian": lambda stages, rows: np.roll(rows, shift=3, axis=0)}
     ),
     "tool-frame": _use_tool_frame,
     "axes-in-own-frames": _vary_propagation({"axes": _use_local_axes}),
-    "wrong-axis": vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
-    "wrong-axis-of-joint": vary_each(lambda chain: product("xy", range(chain.n)), _use_frame_axis),
+    "wrong-axis": base.vary_each(lambda _: [("x",), ("y",)], _use_frame_axis),
+    "wrong-axis-of-joint": base.vary_each(lambda chain: product("xy", range(chain.n)), _use_frame_axis),
     "row-of-rotation": _vary_propagation(
         {"axes": lambda stages, _: np.stack([rotation[2] for rotation in _list_rotations_on_axes(stages)])}
     ),
-    "axis-sign": vary_each(
+    "axis-sign": base.vary_each(
         lambda chain: ((i,) for i in range(chain.n)),
-        lambda i: make_propagated_variant({"axes": scale_entries(i, factor=-1)}, words={"joint": i + 1}),
+        lambda i: base.make_propagated_variant({"axes": base.scale_entries(i, factor=-1)}, words={"joint": i + 1}),
     ),
     "vectors-left-in-base": _leave_vectors_in_base,
-    "rotated-the-wrong-way": vary_always(
-        {"tool jacobian": lambda stages, _: rotate_rows(stages["last rotation"], stages["geometric jacobian"])}
+    "rotated-the-wrong-way": base.vary_always(
+        {"tool jacobian": lambda stages, _: graph.rotate_rows(stages["last rotation"], stages["geometric jacobian"])}
     ),
     "earlier-frame": _use_earlier_frame,
     "velocity-of-other-frame": _use_other_velocity,
-    "arms-exchanged": vary_each(
+    "arms-exchanged": base.vary_each(
         lambda chain: combinations(range(chain.n), 2),
-        lambda i, j: make_propagated_variant(
-            {"vectors to point": exchange(i, j)}, words={"joint": i + 1, "other": j + 1}
+        lambda i, j: base.make_propagated_variant(
+            {"vectors to point": base.exchange(i, j)}, words={"joint": i + 1, "other": j + 1}
         ),
     ),
 }

@@ -36,7 +36,7 @@ def sample_configurations(chain: Chain, part: Part, domain: Domain, count: int, 
 
 
 def fix_given_joints(part: Part, values: SymbolValues) -> SymbolValues:
-    """Return the values of all symbols, with those joint values that the question gives."""
+    """Return the values of all symbols; joint values that the question gives replace random ones."""
     count = len(next(iter(values.values())))
     programs = {q.name: compile_expressions(value) for q, value in part.details.given_joints.items()}
     return values | {name: evaluate(program, values, count).values[0].real for name, program in programs.items()}

@@ -12,14 +12,9 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
+from qdot.exercises.derivation import graph
 from qdot.exercises.derivation.arithmetic import apply_matrix, matrix_product
-from qdot.exercises.derivation.graph import (
-    Change,
-    StageResults,
-    list_links_to_point,
-    make_rotation_x,
-    make_rotation_z,
-)
+from qdot.exercises.derivation.graph import Change, StageResults
 from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator, join_words, vary_if
 
 LinkVectors = list[np.ndarray]
@@ -49,7 +44,7 @@ def _compute_rotation_without(
     for i, row in enumerate(stages["table"].rows[:frame]):
         constant = row.theta - stages.arithmetic.convert_entry(stages.chain.q[i]) if keeps_offsets else row.theta * 0
         theta = constant if i in omitted_joints else row.theta
-        row_rotation = matrix_product(make_rotation_z(stages, theta), make_rotation_x(stages, row.alpha))
+        row_rotation = matrix_product(graph.make_rotation_z(stages, theta), graph.make_rotation_x(stages, row.alpha))
         rotation = matrix_product(rotation, row_rotation)
     return rotation
 
@@ -67,7 +62,7 @@ def list_nonzero_links(chain: Chain) -> list[int]:
     """Return the links between the base and P with nonzero vectors."""
     is_nonzero = [joint.is_prismatic or (joint.a, joint.d) != (0, 0) for joint in chain.joints]
     is_nonzero.append(not chain.point.is_origin)
-    return [link for link in list_links_to_point(chain) if is_nonzero[link]]
+    return [link for link in graph.list_links_to_point(chain) if is_nonzero[link]]
 
 
 def make_link_words(chain: Chain, link: int) -> dict[str, object]:

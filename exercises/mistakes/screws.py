@@ -13,25 +13,11 @@ import sympy as sp
 from qdot.exercises.arm.axes_to_dh import Axis
 from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain
 from qdot.exercises.arm.standard_table import compute_home_geometry
+from qdot.exercises.derivation import graph
 from qdot.exercises.derivation.arithmetic import apply_matrix, cross, matrix_product
-from qdot.exercises.derivation.graph import (
-    Change,
-    StageResults,
-    Table,
-    convert_constant_vector,
-    make_adjoint_matrix,
-    rotate_rows,
-)
-from qdot.exercises.mistakes.base import (
-    AnswerShape,
-    MistakeVariant,
-    VariantGenerator,
-    list_joints_of_kind,
-    make_joint_words,
-    make_propagated_variant,
-    scale_entries,
-    vary_always,
-)
+from qdot.exercises.derivation.graph import Change, StageResults, Table
+from qdot.exercises.mistakes import base
+from qdot.exercises.mistakes.base import AnswerShape, MistakeVariant, VariantGenerator
 
 SCREW_STAGES = ("home screws", "space jacobian", "body jacobian")
 """The stages of the derivation whose columns are screws (omega, v)."""
@@ -44,7 +30,7 @@ def _vary_each_stage(change: Change, *stages: str) -> VariantGenerator:
 
 def _flip_linear_parts(stages: StageResults, columns: np.ndarray) -> np.ndarray:
     """Return the screws with the opposite sign of v for revolute joints."""
-    return scale_entries((slice(3, None), list_joints_of_kind(stages, REVOLUTE)), factor=-1)(stages, columns)
+    return base.scale_entries((slice(3, None), base.list_joints_of_kind(stages, REVOLUTE)), factor=-1)(stages, columns)
 
 
 def _replace_linear_parts(compute_linear: Callable[[StageResults, np.ndarray, int, Axis], np.ndarray]) -> Change:
@@ -67,7 +53,7 @@ def _move_prismatic_to_angular_rows(chain: Chain, _: AnswerShape) -> Iterator[Mi
     """Yield variants with the directions of prismatic joints in the rows of omega, unless all joints are prismatic."""
 
     def apply_change(stages: StageResults, columns: np.ndarray) -> np.ndarray:
-        prismatic_joints = list_joints_of_kind(stages, PRISMATIC)
+        prismatic_joints = base.list_joints_of_kind(stages, PRISMATIC)
         new_columns = np.array(columns)
         new_columns[:, prismatic_joints] = np.roll(columns[:, prismatic_joints], shift=3, axis=0)
         return new_columns
@@ -116,7 +102,7 @@ def _change_adjoint(build: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Va
 
     The arguments of `build` are the rotation (3, 3, …) and the origin (3, …) of the body frame.
     """
-    return vary_always({"body adjoint": lambda stages, _: build(stages["body rotation"], stages["point"])})
+    return base.vary_always({"body adjoint": lambda stages, _: build(stages["body rotation"], stages["point"])})
 
 
 def _stack_blocks(
@@ -136,7 +122,7 @@ def _make_skew_matrix(vector: np.ndarray) -> np.ndarray:
 def _compute_adjoint_of_inverse(rotation: np.ndarray, position: np.ndarray) -> np.ndarray:
     """Return the adjoint matrix (6, 6, …) of the inverse of a pose."""
     transpose = rotation.swapaxes(0, 1)
-    return make_adjoint_matrix(transpose, -apply_matrix(transpose, position))
+    return graph.make_adjoint_matrix(transpose, -apply_matrix(transpose, position))
 
 
 # --- exponentials ---
@@ -151,7 +137,7 @@ class Motion(NamedTuple):
 
 def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Motion:
     """Return the exponential of a joint's screw, computed with Rodrigues' formula."""
-    angle, direction = stages.arithmetic.convert_entry(q), convert_constant_vector(stages, axis.direction)
+    angle, direction = stages.arithmetic.convert_entry(q), graph.convert_constant_vector(stages, axis.direction)
     zeros, ones = 0 * direction[0], 0 * direction[0] + 1
     identity = np.stack([np.stack(row) for row in ((ones, zeros, zeros), (zeros, ones, zeros), (zeros, zeros, ones))])
     if axis.is_prismatic:
@@ -160,7 +146,7 @@ def _compute_exponential(stages: StageResults, axis: Axis, q: sp.Symbol) -> Moti
     cosine = stages.arithmetic.drop_derivatives(stages.arithmetic.cos(angle))
     skew = _make_skew_matrix(direction)
     rotation = identity + sine * skew + (ones - cosine) * matrix_product(skew, skew)
-    point = convert_constant_vector(stages, axis.point)
+    point = graph.convert_constant_vector(stages, axis.point)
     return Motion(rotation, point - apply_matrix(rotation, point))
 
 
@@ -203,7 +189,7 @@ def _move_home_point(stages: StageResults, motions: Sequence[Motion]) -> np.ndar
 
 def _compute_home_point(stages: StageResults) -> np.ndarray:
     """Return the position of P at home, (3, …)."""
-    return convert_constant_vector(stages, compute_home_geometry(stages.chain).point)
+    return graph.convert_constant_vector(stages, compute_home_geometry(stages.chain).point)
 
 
 def _reverse_order(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -242,7 +228,7 @@ def _drop_translation(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     ]
     all_joints = [translating_joints] if len(translating_joints) > 1 else []
     for joints in (*all_joints, *([i] for i in translating_joints)):
-        words = make_joint_words(joints)
+        words = base.make_joint_words(joints)
         yield MistakeVariant({"point": partial(change_point, changed_joints=joints)}, words=words)
         if joints[0] < chain.n - 1:  # the last joint moves no other screw
             yield MistakeVariant({"space jacobian": partial(change_columns, changed_joints=joints)}, words=words)
@@ -261,13 +247,14 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         return table
 
     for factor in (180 / sp.pi, sp.pi / 180) if chain.revolute_joints else ():
-        yield make_propagated_variant({"table": partial(scale, factor=factor)})
+        yield base.make_propagated_variant({"table": partial(scale, factor=factor)})
 
 
 VARIANTS: dict[str, VariantGenerator] = {
     "screw-sign": _vary_each_stage(_flip_linear_parts, *SCREW_STAGES),
     "screw-point": _vary_each_stage(
-        _replace_linear_parts(lambda stages, _, i, axis: convert_constant_vector(stages, axis.point)), "home screws"
+        _replace_linear_parts(lambda stages, _, i, axis: graph.convert_constant_vector(stages, axis.point)),
+        "home screws",
     ),
     "twist-rows-exchanged": _vary_each_stage(
         lambda stages, columns: np.roll(columns, shift=3, axis=0), *SCREW_STAGES, "geometric jacobian"
@@ -275,14 +262,14 @@ VARIANTS: dict[str, VariantGenerator] = {
     "slide-above": _move_prismatic_to_angular_rows,
     "screws-at-home": _use_home_screws,
     "other-twist-frame": _use_other_frame,
-    "velocity-of-p": vary_always({"space jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
-    "body-not-rotated": vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
-    "body-rotated-the-wrong-way": vary_always(
-        {"body jacobian": lambda stages, _: rotate_rows(stages["body rotation"], _reorder_geometric_rows(stages))}
+    "velocity-of-p": base.vary_always({"space jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
+    "body-not-rotated": base.vary_always({"body jacobian": lambda stages, _: _reorder_geometric_rows(stages)}),
+    "body-rotated-the-wrong-way": base.vary_always(
+        {"body jacobian": lambda stages, _: graph.rotate_rows(stages["body rotation"], _reorder_geometric_rows(stages))}
     ),
-    "body-about-origin": vary_always(
+    "body-about-origin": base.vary_always(
         {
-            "body jacobian": lambda stages, _: rotate_rows(
+            "body jacobian": lambda stages, _: graph.rotate_rows(
                 stages["body rotation"].swapaxes(0, 1), stages["space jacobian"]
             )
         }
@@ -292,19 +279,19 @@ VARIANTS: dict[str, VariantGenerator] = {
         lambda R, P: _stack_blocks(R, matrix_product(_make_skew_matrix(P), R), 0 * R, R)
     ),
     "adjoint-order": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, matrix_product(R, _make_skew_matrix(P)), R)),
-    "adjoint-sign": _change_adjoint(lambda R, P: make_adjoint_matrix(R, -P)),
-    "adjoint-without-p": _change_adjoint(lambda R, P: make_adjoint_matrix(R, 0 * P)),
+    "adjoint-sign": _change_adjoint(lambda R, P: graph.make_adjoint_matrix(R, -P)),
+    "adjoint-without-p": _change_adjoint(lambda R, P: graph.make_adjoint_matrix(R, 0 * P)),
     "adjoint-not-rotated": _change_adjoint(lambda R, P: _stack_blocks(R, 0 * R, _make_skew_matrix(P), R)),
-    "rotation-transposed": _change_adjoint(lambda R, P: make_adjoint_matrix(R.swapaxes(0, 1), P)),
+    "rotation-transposed": _change_adjoint(lambda R, P: graph.make_adjoint_matrix(R.swapaxes(0, 1), P)),
     "exponentials-reversed": _reverse_order,
-    "home-pose-multiplied-from-left": vary_always(  # M exp(…) instead of exp(…) M
+    "home-pose-multiplied-from-left": base.vary_always(  # M exp(…) instead of exp(…) M
         {"point": lambda stages, _: _compute_home_point(stages) + _multiply_exponentials(stages).translation}
     ),
-    "home-pose-forgotten": vary_always({"point": lambda stages, _: _multiply_exponentials(stages).translation}),
+    "home-pose-forgotten": base.vary_always({"point": lambda stages, _: _multiply_exponentials(stages).translation}),
     "exponential-about-origin": _drop_translation,
     "points-at-home": _vary_each_stage(
         _replace_linear_parts(
-            lambda stages, columns, i, axis: -cross(columns[:3, i], convert_constant_vector(stages, axis.point))
+            lambda stages, columns, i, axis: -cross(columns[:3, i], graph.convert_constant_vector(stages, axis.point))
         ),
         "space jacobian",
     ),

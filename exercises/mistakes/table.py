@@ -15,16 +15,9 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import PRISMATIC, REVOLUTE, Chain, Joint
 from qdot.exercises.arm.conventions import convention_of
+from qdot.exercises.derivation import graph
 from qdot.exercises.derivation.arithmetic import apply_matrix, matrix_product
-from qdot.exercises.derivation.graph import (
-    Change,
-    StageResults,
-    Table,
-    TableRow,
-    differentiate_links,
-    make_rotation_x,
-    make_rotation_z,
-)
+from qdot.exercises.derivation.graph import Change, StageResults, Table, TableRow
 from qdot.exercises.mistakes.base import (
     AnswerShape,
     MistakeVariant,
@@ -261,7 +254,7 @@ def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
 
 def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
     def apply_change(stages: StageResults, _: np.ndarray) -> np.ndarray:
-        link_derivatives = differentiate_links(stages)
+        link_derivatives = graph.differentiate_links(stages)
         link_derivatives[:, frame:] = link_derivatives[:, frame:] * 0
         return link_derivatives
 
@@ -298,8 +291,8 @@ def _read_as_modified(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     def change_rotations(stages: StageResults, correct_rotations: list[np.ndarray]) -> list[np.ndarray]:
         rotations = [correct_rotations[0]]
         for row in stages["table"].rows:
-            rotation_to_axis = matrix_product(rotations[-1], make_rotation_x(stages, row.alpha))
-            rotations.append(matrix_product(rotation_to_axis, make_rotation_z(stages, row.theta)))
+            rotation_to_axis = matrix_product(rotations[-1], graph.make_rotation_x(stages, row.alpha))
+            rotations.append(matrix_product(rotation_to_axis, graph.make_rotation_z(stages, row.theta)))
         return rotations
 
     def change_links(stages: StageResults, correct_links: list[np.ndarray]) -> list[np.ndarray]:
@@ -326,7 +319,7 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if 0 < point.frame < stages.n:  # the coordinates of P now refer to the previous frame
             row = table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, point_offset=apply_matrix(make_rotation_x(stages, -row.alpha), moved_offset))
+            table = replace(table, point_offset=apply_matrix(graph.make_rotation_x(stages, -row.alpha), moved_offset))
         return table
 
     rows = convention_of(chain).rows

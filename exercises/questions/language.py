@@ -18,14 +18,7 @@ import numpy as np
 import sympy as sp
 
 from qdot.exercises.common.errors import QdotError, make_name_error
-from qdot.exercises.derivation.arithmetic import (
-    apply_matrix,
-    cofactor_signs,
-    cross,
-    determinant,
-    matrix_product,
-    minors,
-)
+from qdot.exercises.derivation import arithmetic
 from qdot.exercises.formula.names import normalize_name
 
 MAX_CHARACTERS = 500
@@ -270,7 +263,7 @@ def _compute_operation(formula: ast.BinOp, quantities: Quantities) -> np.ndarray
     if 0 in (left_axes, right_axes):
         return left * right
     if left_axes == 2 and left.shape[1] == right.shape[0]:
-        return apply_matrix(left, right) if right_axes == 1 else matrix_product(left, right)
+        return arithmetic.apply_matrix(left, right) if right_axes == 1 else arithmetic.matrix_product(left, right)
     advice = "; write dot(a, b) or cross(a, b)" if left_axes == right_axes == 1 else ""
     raise FormulaError(f"{_make_shape_error(formula, left, right)}{advice}")
 
@@ -293,7 +286,7 @@ def _compute_power(formula: ast.BinOp, base: np.ndarray, quantities: Quantities)
     if exponent < 0:
         base = 1 / base if is_number else _invert(base, formula)
     factors = [base] * abs(int(exponent))
-    return reduce(operator.mul, factors, base * 0 + 1) if is_number else reduce(matrix_product, factors)
+    return reduce(operator.mul, factors, base * 0 + 1) if is_number else reduce(arithmetic.matrix_product, factors)
 
 
 def _stack(entries: list[np.ndarray], formula: ast.expr) -> np.ndarray:
@@ -367,15 +360,15 @@ def _require_square(formula: ast.expr, matrix: np.ndarray) -> np.ndarray:
 
 def _invert(matrix: np.ndarray, formula: ast.expr) -> np.ndarray:
     _require_square(formula, matrix)
-    cofactors = cofactor_signs(len(matrix))[..., None] * minors(matrix)
+    cofactors = arithmetic.cofactor_signs(len(matrix))[..., None] * arithmetic.minors(matrix)
     with np.errstate(all="ignore"):
-        return np.asarray(cofactors.swapaxes(0, 1) / determinant(matrix))
+        return np.asarray(cofactors.swapaxes(0, 1) / arithmetic.determinant(matrix))
 
 
 def _compute_cross_product(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     if len(a) != 3 or len(b) != 3:
         raise _make_shape_error(formula, a, b)
-    return cross(a, b)
+    return arithmetic.cross(a, b)
 
 
 def _compute_dot_product(formula: ast.expr, a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -389,11 +382,13 @@ def _compute_least_norm_vector(formula: ast.expr, matrix: np.ndarray, vector: np
     if len(matrix) != len(vector) or len(matrix) > matrix.shape[1]:
         raise _make_shape_error(formula, matrix, vector)
     transposed = matrix.swapaxes(0, 1)
-    return apply_matrix(transposed, apply_matrix(_invert(matrix_product(matrix, transposed), formula), vector))
+    return arithmetic.apply_matrix(
+        transposed, arithmetic.apply_matrix(_invert(arithmetic.matrix_product(matrix, transposed), formula), vector)
+    )
 
 
 MATRIX_FUNCTIONS: dict[str, tuple[tuple[int, ...], Callable[..., np.ndarray]]] = {
-    "det": ((2,), lambda formula, a: determinant(_require_square(formula, a))),
+    "det": ((2,), lambda formula, a: arithmetic.determinant(_require_square(formula, a))),
     "inv": ((2,), lambda formula, a: _invert(a, formula)),
     "transpose": ((2,), lambda formula, a: np.asarray(a.swapaxes(0, 1))),
     "cross": ((1, 1), _compute_cross_product),

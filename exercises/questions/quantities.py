@@ -60,7 +60,7 @@ _FRAME_NAME = re.compile(r"(?:(o|[xyz])(\d)|([RT])(\d)(\d))")
 T02."""
 
 STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
-"""The number of steps to each side, and the weight, of each difference in a central difference of order eight."""
+"""Central differences of order eight: for each difference, its number of steps to each side, and its weight."""
 STEP = 0.02
 """The usual step (rad or m). The derivatives of an arm's sines and cosines then have errors of about 1e-12."""
 

@@ -26,7 +26,7 @@ Blames = tuple[Blame, ...]
 ROUNDING_TOLERANCE = 6e-4
 """Absolute tolerance for the numbers of an option, which are rounded to three decimals."""
 EFFECT_MISTAKES = ("sign", "no-cross-product", "rows-exchanged", "row-sign")
-"""The mistakes that explain a wrong velocity due to a joint, which consists of only a few numbers. Many other mistakes
+"""The mistakes that explain a wrong velocity due to a joint. A velocity has only a few numbers, so many other mistakes
 would give the same numbers by chance.
 """
 
@@ -34,8 +34,8 @@ would give the same numbers by chance.
 def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     """Return the mistakes that lead to each option (none for a correct option).
 
-    In a matching question, these are the mistakes that lead to a wrong assignment of the option. `stream` samples the
-    configuration at which numeric options are evaluated, unless the question gives one.
+    In a matching question, the mistakes of an option lead to its wrong assignment. `stream` samples the configuration
+    at which numeric options are evaluated, unless the question gives one.
     """
     answer = part.answer
     blames = {**_blame_by_effect(problem, part, stream), **_blame_by_mistaken_answers(problem, part)}
@@ -93,7 +93,7 @@ def _is_near(values: np.ndarray, expected: np.ndarray) -> bool:
 
 
 def _blame_by_question_kind(problem: Problem, part: Part, index: int) -> Blames:
-    """Return the mistake that the choice of a wrong option shows in some kinds of questions."""
+    """Return the mistake that leads to a wrong option, if the kind of question determines this mistake."""
     answer, details = part.answer, part.details
     if answer.matched_items:
         return (Blame("column-of-other-joint", ()),)

@@ -21,14 +21,9 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import SCREWS
 from qdot.exercises.arm.trigonometry import factor_trig, to_textbook_form, write_in_textbook_form
 from qdot.exercises.common.stream import Stream
+from qdot.exercises.derivation import graph
 from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
-from qdot.exercises.derivation.graph import (
-    Change,
-    StageResults,
-    compute_numeric_stages,
-    compute_symbolic_stages,
-    to_sympy_matrix,
-)
+from qdot.exercises.derivation.graph import Change, StageResults
 from qdot.exercises.formula.equality import READABLE_POINTS, Domain
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.program import compile_program, evaluate
@@ -118,7 +113,7 @@ def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndar
 @lru_cache(maxsize=512)
 def _evaluate_correct_answer(symbolic_chain: Chain, subject: OptionSubject) -> tuple[StageResults, np.ndarray]:
     """Return the correct derivation at random values of all symbols, and the values of the correct option."""
-    stages = compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base_question))
+    stages = graph.compute_numeric_stages(symbolic_chain, _sample_values(symbolic_chain, subject.base_question))
     return stages, _compute_subject(stages, subject)
 
 
@@ -170,7 +165,7 @@ def _combine_to_new_answer(symbolic_chain: Chain, subject: OptionSubject, a: _Va
 def derive_simplified_formulas(symbolic_chain: Chain) -> StageResults:
     """Return the correct derivation in formulas, with simplified intermediate results."""
     changes = {"rotations": _simplify_matrices, "link vectors": _simplify_matrices}
-    return compute_symbolic_stages(symbolic_chain).with_mistakes(changes)
+    return graph.compute_symbolic_stages(symbolic_chain).with_mistakes(changes)
 
 
 def _simplify_matrices(_: StageResults, matrices: list[np.ndarray]) -> list[np.ndarray]:
@@ -183,11 +178,11 @@ def _write_answer(symbolic_chain: Chain, subject: OptionSubject, variants: Varia
     """Return the answer with these variants of mistakes as formulas, or None if it is too long."""
     if not _has_short_answer(symbolic_chain, subject):
         return None
-    derive_stages = compute_symbolic_stages if subject.depends_on_home_position else derive_simplified_formulas
+    derive_stages = graph.compute_symbolic_stages if subject.depends_on_home_position else derive_simplified_formulas
     stages = derive_stages(symbolic_chain)
     for index in variants:
         stages = stages.with_mistakes(dict(_find_variants(symbolic_chain, subject)[index].changes))
-    entries = to_sympy_matrix(_compute_subject(stages, subject))
+    entries = graph.to_sympy_matrix(_compute_subject(stages, subject))
     if entries.has(*NOT_A_NUMBER):
         return None
     try:

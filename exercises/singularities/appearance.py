@@ -203,11 +203,8 @@ def _describe_rest(chain: Chain, jacobians: np.ndarray, rows: Sequence[int]) -> 
 
 def _join_joint_numbers(joints: Sequence[int]) -> str:
     """Return the numbers of joints (from 0) as text, counted from 1, such as "1, 2 and 3"."""
-    return _join_names([str(joint + 1) for joint in joints])
-
-
-def _join_names(names: Sequence[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+    numbers = [str(joint + 1) for joint in joints]
+    return " and ".join([", ".join(numbers[:-1]), numbers[-1]] if len(numbers) > 1 else numbers)
 
 
 # --- finders of statements ---

@@ -29,17 +29,9 @@ from qdot.exercises.derivation.derivation import (
     has_long_minors,
     point_moves_with_last_link,
 )
+from qdot.exercises.singularities import singular_set
 from qdot.exercises.singularities.joint_solvability import drop_implied, may_hold_simultaneously
-from qdot.exercises.singularities.singular_set import (
-    Conjunction,
-    Search,
-    find_common_zeros,
-    find_trig_coefficients,
-    make_zero_test,
-    replace_marks,
-    split_zero_cases,
-    tidy_branches,
-)
+from qdot.exercises.singularities.singular_set import Conjunction, Search
 
 _POSITION_ROWS = VELOCITY_NAMES[:3]
 MAX_CASES = 400
@@ -236,7 +228,7 @@ class _Elimination:
         A case consists of a condition, and of values to substitute for sines, cosines and joint variables.
         """
         if isinstance(factor, (sp.sin, sp.cos)):
-            return [(condition, dict(values)) for condition, values in split_zero_cases(factor)]
+            return [(condition, dict(values)) for condition, values in singular_set.split_zero_cases(factor)]
         roots = find_half_angle_roots(factor, self.search)
         if not roots:
             return [(factor, {})]
@@ -344,7 +336,7 @@ class _Elimination:
         column_sets = combinations(range(matrix.cols), matrix.rows)
         rows = list(range(matrix.rows))
         minors = [factor_trig(expand_determinant(matrix.extract(rows, list(columns)))) for columns in column_sets]
-        zeros = find_common_zeros(minors, self.search)
+        zeros = singular_set.find_common_zeros(minors, self.search)
         branches = ((),) if zeros is None else tuple(zeros)
         self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, branches))
         for branch in branches:
@@ -408,7 +400,7 @@ def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr
     angles = {trig.args[0] for trig in trigs if search.contains_joints(trig)}
     if len(angles) != 1 or (angle := angles.pop()) not in search.joints:
         return []
-    coefficients = find_trig_coefficients(factor, angle, angle)
+    coefficients = singular_set.find_trig_coefficients(factor, angle, angle)
     if coefficients is None:
         return []
     a, b, c = coefficients
@@ -447,7 +439,7 @@ def find_reciprocal_set(chain: Chain, symbol_values: tuple[tuple[sp.Symbol, sp.E
     are not used as pivots. Raises TooLong.
     """
     values = dict(symbol_values)
-    is_zero = make_zero_test(chain, lambda constant: constant.xreplace(values))
+    is_zero = singular_set.make_zero_test(chain, lambda constant: constant.xreplace(values))
 
     def is_possible(branch: Conjunction) -> bool:
         return may_hold_simultaneously([condition.xreplace(values) for condition in branch], chain.q)
@@ -483,13 +475,15 @@ def _eliminate_in_frame(
     if () in branches:
         return ReciprocalSet(start, tuple(elimination.reduced_cases), ((),))
     search = Search((*chain.q, *elimination.symbols.values()), is_zero)
-    tidied_branches = tidy_branches(branches, search, "the remaining minors of J")
+    tidied_branches = singular_set.tidy_branches(branches, search, "the remaining minors of J")
     conditions_by_symbol = {symbol: condition for condition, symbol in elimination.symbols.items()}
 
     def restore(conditions: Conjunction) -> Conjunction:
         return tuple(condition.xreplace(conditions_by_symbol) for condition in conditions)
 
     cases = elimination.reduced_cases
-    restored_cases = tuple(replace(case, conditions=restore(replace_marks(case.conditions))) for case in cases)
+    restored_cases = tuple(
+        replace(case, conditions=restore(singular_set.replace_marks(case.conditions))) for case in cases
+    )
     restored_branches = tuple(restore(drop_implied(branch, chain.q)) for branch in tidied_branches)
     return ReciprocalSet(start, restored_cases, restored_branches)

@@ -33,28 +33,11 @@ from qdot.exercises.formula.program import Evaluation, compile_program, evaluate
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import Node
 from qdot.exercises.problem.problem import Details, SymbolInfo, list_table_numbers
-from qdot.exercises.questions import inversion
+from qdot.exercises.questions import inversion, language, quantities
 from qdot.exercises.questions.base import AnswerAndDetails, Question, find_term_count_objection
 from qdot.exercises.questions.custom.definition import GIVEN_GROUPS, SAMPLED_KINDS, TEXT_ANSWER, Definition, GivenValue
 from qdot.exercises.questions.custom.units import MIXED_UNITS, find_dimensions, find_unit_objection, has_unit_of_kind
-from qdot.exercises.questions.language import (
-    AXES,
-    FormulaError,
-    UnknownName,
-    count_axes,
-    describe_shape,
-    find_calls,
-    find_names,
-    parse,
-)
-from qdot.exercises.questions.quantities import (
-    compile_formula,
-    is_result_or_symbol,
-    list_result_names,
-    make_quantities,
-    name_accelerations,
-    select_components,
-)
+from qdot.exercises.questions.language import AXES, FormulaError, UnknownName
 from qdot.exercises.questions.reference import derive_reference
 from qdot.exercises.reference_answers import (
     Choice,
@@ -176,8 +159,8 @@ def check_question_names(definition: Definition, question_names: Collection[str]
     """Raise FormulaError if a formula contains the name of a question, unless the name has another meaning."""
     symbol_names = {name for name, _ in definition.units}
     for formula in DefinitionEvaluator(definition).all_formulas:
-        for name in find_names(formula) & set(question_names) - symbol_names:
-            if not is_result_or_symbol(name):
+        for name in language.find_names(formula) & set(question_names) - symbol_names:
+            if not quantities.is_result_or_symbol(name):
                 advice = "a formula can't contain the answer to another question; write the formula of its answer"
                 raise FormulaError(f"{name!r} is a question, and {advice}")
 
@@ -198,10 +181,12 @@ class DefinitionEvaluator:
 
     def __init__(self, definition: Definition) -> None:
         self.definition = definition
-        tree = parse(definition.answer) if definition.answer not in ("", TEXT_ANSWER) else None
+        tree = language.parse(definition.answer) if definition.answer not in ("", TEXT_ANSWER) else None
         self.is_set = isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == ZEROS
         self.formulas = [] if tree is None else tree.args if isinstance(tree, ast.Call) and self.is_set else [tree]
-        self.option_formulas = [parse(option.content) if option.is_formula else None for option in definition.options]
+        self.option_formulas = [
+            language.parse(option.content) if option.is_formula else None for option in definition.options
+        ]
 
     @property
     def all_formulas(self) -> list[ast.expr]:
@@ -219,15 +204,15 @@ class DefinitionEvaluator:
     def has_numeric_derivative(self) -> bool:
         """Whether the answer is a number with a derivative, which can't be computed from a student's earlier answer."""
         return bool(self.definition.given) and any(
-            find_calls(formula) & {"ddt", "diff", "at"} for formula in self.formulas
+            language.find_calls(formula) & {"ddt", "diff", "at"} for formula in self.formulas
         )
 
     # --- symbols ---
 
     def _uses_accelerations(self) -> bool:
         """Return whether a formula contains joint accelerations: by name, or because a velocity is differentiated."""
-        names = set().union(*map(find_names, self.all_formulas))
-        calls = set().union(*map(find_calls, self.all_formulas))
+        names = set().union(*map(language.find_names, self.all_formulas))
+        calls = set().union(*map(language.find_calls, self.all_formulas))
         is_named = any(name.startswith("qdd") for name in names)
         differentiates_rates = "ddt" in calls and any(name in ("v", "w") or name.startswith("qd") for name in names)
         return (
@@ -238,16 +223,16 @@ class DefinitionEvaluator:
         """Return the symbols of the answer that the arm lacks: accelerations, loads, and symbols with a unit."""
         symbols = {name: SymbolInfo("force", unit) for name, unit in self.definition.units}
         if self._uses_accelerations():
-            accelerations = zip(name_accelerations(chain), chain.joints, strict=True)
+            accelerations = zip(quantities.name_accelerations(chain), chain.joints, strict=True)
             units = {name: "rad/s^2" if joint.is_revolute else "m/s^2" for name, joint in accelerations}
             symbols |= {name: SymbolInfo("rate", unit) for name, unit in units.items()}
-        names = {value.name for value in self.definition.given}.union(*map(find_names, self.all_formulas))
+        names = {value.name for value in self.definition.given}.union(*map(language.find_names, self.all_formulas))
         if names & {"f", "force"}:
             symbols = inversion.make_load_symbols(chain) | symbols
         return symbols or None
 
     def _compute(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
-        return compile_formula(formula, tuple(self.list_new_symbols(stages.chain) or ()))(stages)
+        return quantities.compile_formula(formula, tuple(self.list_new_symbols(stages.chain) or ()))(stages)
 
     # --- formulas ---
 
@@ -258,10 +243,10 @@ class DefinitionEvaluator:
     def compute_formula(self, formula: ast.expr, stages: StageResults) -> np.ndarray:
         """Return those rows of a formula that the answer has, (rows, columns, …), in the arithmetic of the stages."""
         value = self._compute(formula, stages)
-        if self.definition.rows and count_axes(value) != 1:
-            shape = describe_shape(value)
+        if self.definition.rows and language.count_axes(value) != 1:
+            shape = language.describe_shape(value)
             raise FormulaError(f"rows are names of the entries of a vector, but the answer is {shape}", "rows")
-        value = select_components(value, self.definition.rows)
+        value = quantities.select_components(value, self.definition.rows)
         return value[None] if value.ndim == 1 else value
 
     def compute_zeros(self, stages: StageResults, _: Details) -> np.ndarray:
@@ -290,7 +275,7 @@ class DefinitionEvaluator:
 
     def derive_text_formula(self, text: str, chain: Chain) -> sp.Matrix | sp.Expr:
         """Return the value of a formula in a text of the question. Raises FormulaError."""
-        formula = parse(text)
+        formula = language.parse(text)
         matrix = self.derive(chain, formula, self.names_arm_symbols(chain, [formula]))
         return matrix[0] if matrix.shape == (1, 1) else matrix
 
@@ -300,7 +285,7 @@ class DefinitionEvaluator:
         arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         nodes = (node for formula in searched_formulas for node in ast.walk(formula))
         keywords = {node.arg for node in nodes if isinstance(node, ast.keyword)}  # theta1 in at(p, theta1 = 0)
-        return not arm_names.isdisjoint(keywords.union(*map(find_names, searched_formulas)))
+        return not arm_names.isdisjoint(keywords.union(*map(language.find_names, searched_formulas)))
 
     # --- numbers ---
 
@@ -465,8 +450,8 @@ class DefinitionEvaluator:
 
     def _find_objection_to_symbols(self, chain: Chain) -> str | None:
         """Return why a symbol can't have its name, or None. The name may already belong to the arm."""
-        symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task, *name_accelerations(chain))
-        arm_names = {*map(str, symbols), *list_table_numbers(chain), *list_result_names(chain)}
+        symbols = (*chain.q, *chain.parameters, *chain.rates, *chain.task, *quantities.name_accelerations(chain))
+        arm_names = {*map(str, symbols), *list_table_numbers(chain), *quantities.list_result_names(chain)}
         arm_names |= {f"{letters}{row}" for letters in ("a", "d", "theta", "alpha") for row in range(1, chain.n + 1)}
         name = next((name for name, _ in self.definition.units if name in arm_names), None)
         if name is None:
@@ -577,7 +562,7 @@ class DefinitionEvaluator:
 
     def _find_unused_symbol(self, chain: Chain) -> str | None:
         """Return a warning if no formula contains a symbol that the definition adds; else None."""
-        used_names = {value.name for value in self.definition.given}.union(*map(find_names, self.all_formulas))
+        used_names = {value.name for value in self.definition.given}.union(*map(language.find_names, self.all_formulas))
         unused_name = next((name for name, _ in self.definition.units if name not in used_names), None)
         return None if unused_name is None else KeyReason(f"units.{unused_name}", f"no formula contains {unused_name}")
 
@@ -629,10 +614,13 @@ class DefinitionEvaluator:
     def _find_formula_shown_as_text(self, chain: Chain) -> str | None:
         """Return a warning if an option that is shown as a text is a formula in the arm's quantities; else None."""
         stages = compute_symbolic_stages(chain)
-        known_names = {*make_quantities(stages, frozenset(), {}).names, *map(str, (*chain.q, *chain.parameters))}
+        known_names = {
+            *quantities.make_quantities(stages, frozenset(), {}).names,
+            *map(str, (*chain.q, *chain.parameters)),
+        }
         for option in self.definition.options:
             try:
-                names = set() if option.is_formula else find_names(parse(option.content))
+                names = set() if option.is_formula else language.find_names(language.parse(option.content))
             except FormulaError:
                 continue
             if names and names <= known_names:

@@ -14,7 +14,7 @@ from qdot.exercises.formula.printers.speech import print_speech
 
 EXAMPLES_OF_LATEX = r"\vec{v}, \dot{q}, \mathbf{J}, \frac{a}{b}, \text{if}, \begin{bmatrix}"
 QUOTES_ADVICE = r"write texts with backslashes in single quotes, as in 'Find $\theta_1$.'"
-_SIGN = re.compile(r"\\.|\$\$?|\{\{|\}\}|\{(?P<content>[^{}$]*)\}|[{}]", re.DOTALL)
+_SPECIAL_SIGN = re.compile(r"\\.|\$\$?|\{\{|\}\}|\{(?P<content>[^{}$]*)\}|[{}]", re.DOTALL)
 _CHARACTER_BEFORE_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
 _CONTROL_CHARACTER = re.compile(r"([\x00-\x08\x0b-\x1f\x7f])([a-zA-Z]*)")
 _ESCAPE_LETTERS = {"\b": "b", "\t": "t", "\n": "n", "\f": "f", "\r": "r"}
@@ -39,7 +39,7 @@ def split_text(text: str) -> list[TextPiece]:
     """
     pieces: list[TextPiece] = []
     position, depth, is_in_formula = 0, 0, False
-    while match := _SIGN.search(text, position):
+    while match := _SPECIAL_SIGN.search(text, position):
         sign, content, is_placeholder = match[0], match["content"], False
         text_before = text[: match.start()]
         pieces.append(TextPiece(text[position : match.start()], False, is_in_formula))
@@ -114,7 +114,7 @@ def _find_depth(layout: Layout) -> int:
 
 
 def _check_escapes(text: str, source: str) -> None:
-    r"""Raise QdotError if a text has a control character, or a line break instead of the \n in \nabla."""
+    r"""Raise QdotError if a text has a control character, or a line break that was typed as the \n of \nabla."""
     breaks = re.finditer(r"(\n)([a-zA-Z]+)", "\0".join(match[0] for match in MARKDOWN_FORMULA.finditer(text)))
     for match in (*_CONTROL_CHARACTER.finditer(text), *re.finditer("(\t)([a-zA-Z]+)", text), *breaks):
         letter, other_letters = _ESCAPE_LETTERS.get(match[1], ""), match[2]
