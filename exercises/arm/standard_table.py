@@ -104,7 +104,7 @@ def convert_axes(axes: Sequence[Axis], point: sp.Matrix, link_number: int) -> Ar
     """
     base, joints, tool = compute_table_of_axes(axes, point)
     if link_number < len(axes):
-        chain = Chain("axes", joints, ("vx",), base)  # any task will do
+        chain = Chain("axes", joints, ("vx",), base)  # the task doesn't matter
         home = dict.fromkeys(chain.q, sp.S.Zero)
         frame = compute_frames_and_point(chain).frames[link_number]
         offset = frame.rotation.xreplace(home).T * (point - frame.origin.xreplace(home))

@@ -421,7 +421,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
         late_rule = None if has_wrong_due_date else _parse(file, ("late",), read_late_rule, content.late, content.due)
     with errors.collect():
         attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
-    convention, content.convention = content.convention, None  # a wrong one is reported once, not for every problem
+    convention, content.convention = content.convention, None  # reset, so that a wrong one is reported only once
     with errors.collect():
         _parse(file, ("convention",), normalize_convention, convention or DEFAULT_CONVENTION)
         content.convention = convention

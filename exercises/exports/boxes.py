@@ -170,7 +170,8 @@ def make_box(problem: Problem, part: Part, solution: str = "") -> AnswerBox | No
             labels = tuple(rf"\text{{{item}}}" for item in answer.items)
             return AnswerBox(0, columns=len(answer.items), holds_letters=True, labels=labels)
         case reference_answers.ConditionSet():
-            row_count = 2 * max(1, math.ceil(len(answer.components) / 2))  # even: it must not reveal their number
+            # an even number, which does not reveal the number of components
+            row_count = 2 * max(1, math.ceil(len(answer.components) / 2))
             return AnswerBox(working_space, row_count)
         case reference_answers.Words():
             return AnswerBox(MIN_WORKING_SPACE, row_height=TEXT_HEIGHT)

@@ -51,7 +51,7 @@ def explain_marking(problem: Problem, part: Part, compute_earned_share: ComputeE
     """Return the instructions for a part; `compute_earned_share` returns the share of the points for a typed answer."""
     correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
     correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
-    legend = correct_answer[: max(0, correct_answer.find("$$"))]  # explains s1, c12 …; only the first line shows it
+    legend = correct_answer[: max(0, correct_answer.find("$$"))]  # what s1, c12 … mean; other lines do not repeat it
     wrong_lines = _make_mistake_lines(problem, part, compute_earned_share)
     if part.answer.offered_options:
         wrong_lines = _make_option_lines(part)

@@ -209,7 +209,8 @@ def _shrink_boxes(problems: tuple[SheetProblem, ...]) -> tuple[SheetProblem, ...
 
 def _make_sheet_problem(request: ExportRequest, number: int, problem: Problem) -> SheetProblem:
     statement_text = remove_typing_remarks(write_statement(problem, ""), problem)
-    intro, table, facts = (*_TABLE.split(statement_text, maxsplit=1), "", "")[:3]  # without a table, all is `intro`
+    # Without a table, `intro` is the whole text.
+    intro, table, facts = (*_TABLE.split(statement_text, maxsplit=1), "", "")[:3]
     shows_problem = request.sheet in PROBLEM_SHEETS
     # In an exam, the working space depends on the length of the solution.
     solutions_by_part = write_solutions(problem) if request.has_solutions or request.sheet == "exam" else {}

@@ -93,7 +93,7 @@ def make_scene(chain: Chain, skeleton: Skeleton, view: View, is_sparse: bool = F
         positions[i] = _find_free_position(skeleton, view, i, list(positions.values()))
     glyph_positions = tuple(positions[i] for i in range(chain.n))
     is_flat, frames = is_drawn_flat(chain), compute_convention_frames(chain, skeleton)
-    has_small_wrist = convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS  # if so, all x axes are drawn
+    has_small_wrist = convention_of(chain).is_proximal and chain.n <= WRIST_JOINTS  # all its x axes are drawn
     frames_without_x = frozenset[int]() if is_flat or has_small_wrist else _list_crowded_frames(frames[:, :3, 3])
     if is_sparse:
         frames_without_x = frozenset(range(1, chain.n))
@@ -105,7 +105,7 @@ def make_scene(chain: Chain, skeleton: Skeleton, view: View, is_sparse: bool = F
 def compute_convention_frames(chain: Chain, skeleton: Skeleton) -> np.ndarray:
     """Return the link frames of an arm by its convention (n+1 x 4 x 4)."""
     convention = convention_of(chain)
-    base_origin = np.zeros(3) if convention.base.is_world else skeleton.origins[0]  # the base as drawn
+    base_origin = np.zeros(3) if convention.base.is_world else skeleton.origins[0]  # drawn base
     return convention.convert_standard_frames(skeleton.frames, skeleton.corners, base_origin)
 
 

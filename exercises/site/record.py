@@ -292,7 +292,7 @@ def _list_labels(chain: Chain, part: Part) -> list[list[str]]:
     rows, columns = question.label_rows_and_columns(chain)
     if part.shape is not None and part.shape[1] == 1:
         names = question.name_entries(chain, part.details) or question.list_labels(chain)
-        rows = [name for name in names if r"\text" not in name]  # without words that are in the prompt
+        rows = [name for name in names if r"\text" not in name]  # words are in the prompt already
     return [[_write_label(name, chain) for name in rows], [_write_label(name, chain) for name in columns]]
 
 

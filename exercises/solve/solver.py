@@ -354,7 +354,7 @@ def generate_text_events(robot: Robot) -> Events:
     description = _describe_arm(robot)
     is_same_table = description is not None and not description.base and description.rows == wording.rows
     if is_same_table or not wording.convention.shows_table:
-        description = None  # the standard text below shows the same
+        description = None  # because the template's standard text would repeat it
     content = {"chain": chain, "w": wording, "steps": steps, "tex": tex, "description": description}
     yield ReadyResult("arm", render("solve/arm.md.j2", **content, is_rounded=robot.is_table_rounded))
     parts: list[Part] = []
@@ -367,7 +367,7 @@ def generate_text_events(robot: Robot) -> Events:
 
 def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained_terms: set[str]) -> Events:
     """Yield the events of the section on the singular set and of its numeric test."""
-    names = iter((SECTIONS[-1], "test"))  # of the results, in the order of the events
+    names = iter((SECTIONS[-1], "test"))  # names of results, in the order of the events
     number = len(parts) + 1 + ARM_SECTION_COUNT
     for event in generate_singular_events(chain):
         if not isinstance(event, Singularities):
@@ -445,7 +445,7 @@ def generate_data_events(chain: Chain) -> Events:
     rows = _to_text_rows(derivation.geometric_jacobian)
     yield ReadyResult("jacobian", {"jacobian": rows[:3], "geometric_jacobian": rows})
     for name in list_twist_jacobian_names(chain):
-        yield f"the {name.replace('_j', ' J')}"  # the space Jacobian, or the body Jacobian
+        yield f"the {name.replace('_j', ' J')}"  # such as "the space Jacobian"
         yield ReadyResult(name, _make_twist_data(chain, name))
     if derivation.is_square:
         yield "the determinant"

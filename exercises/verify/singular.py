@@ -193,7 +193,7 @@ def find_singular_configurations(arm: NumericChain, starts: np.ndarray, task_row
         step *= np.minimum(1.0, 0.7 / np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300))
         q, u = q - step[:, :n], u - step[:, n:]
         u /= np.linalg.norm(u, axis=1, keepdims=True)
-        if np.abs(step).max() < MIN_STEP:  # quadratic convergence: usually after 7 of the 40 steps
+        if np.abs(step).max() < MIN_STEP:  # usually after 7 of the 40 steps: convergence is quadratic
             break
     return np.asarray(q[compute_conditioning_ratios(arm.compute_jacobian(q)[:, task_rows]) < MAX_SINGULAR_RATIO])
 

@@ -108,7 +108,7 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
         cells = [cell.inner for cell in line.inner]
         pairs = list(zip(cells[::2], cells[1::2], strict=False)) or [((), cells[0])]
         left, right = pairs[0]
-        if not left and right[:1] != (layout.EQUALS,) and rows:  # the previous sum continues
+        if not left and right[:1] != (layout.EQUALS,) and rows:  # a line that continues the previous sum
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
         joined_equations = layout.join_pieces((layout.QUAD,), [(*a, *b) for a, b in pairs])

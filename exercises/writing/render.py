@@ -98,7 +98,7 @@ def make_environment(language: str = ENGLISH) -> jinja2.Environment:
         "custom_hints": custom_texts.write_custom_hints, "custom_options": custom_texts.write_custom_options,
         "custom_symbols": custom_texts.write_custom_symbols,
     }  # fmt: skip
-    templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # by the extension
+    templates.install_gettext_translations(messages.translations, newstyle=True)  # type: ignore[attr-defined]  # the extension defines it
     return templates
 
 
