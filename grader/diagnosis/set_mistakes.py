@@ -358,7 +358,11 @@ def _is_correct_but_rounded(
 
 def _are_nearly_equal(pieces: frozenset[PieceFingerprint], other_pieces: frozenset[PieceFingerprint]) -> bool:
     """Return whether each piece equals one of the other pieces except for rounded constants."""
-    return all(any(len(a) == len(b) and all(_contains_nearly(b, c) for c in a) for b in other_pieces) for a in pieces)
+    return all(any(_is_nearly_equal(piece, other) for other in other_pieces) for piece in pieces)
+
+
+def _is_nearly_equal(piece: PieceFingerprint, other: PieceFingerprint) -> bool:
+    return len(piece) == len(other) and all(_contains_nearly(other, condition) for condition in piece)
 
 
 def _contains_nearly(piece: PieceFingerprint, condition: ConditionFingerprint) -> bool:

@@ -183,7 +183,8 @@ def _list_keys_of_roster(roster: Sequence[Student]) -> Iterator[tuple[str, list[
 def _identifies_everybody(values: Sequence[str]) -> bool:
     """Return whether Moodle can identify every student by these values; "0" is empty in PHP."""
     texts = [value.strip() for value in values]
-    return all(value not in ("", "0") for value in texts) and len({value.lower() for value in texts}) == len(texts)
+    distinct_texts = {text.lower() for text in texts}
+    return not distinct_texts & {"", "0"} and len(distinct_texts) == len(texts)
 
 
 # --- Brightspace ---

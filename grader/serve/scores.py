@@ -41,7 +41,8 @@ def select_attempts(assignment: Assignment, submissions: Sequence[Submission]) -
     counting_times = {times[i] for i in counting}
     attempts = policy.group_attempts(times) if policy.best_of is not None else []
     first = {attempt[0] for attempt in attempts if times[attempt[0]] not in counting_times}
-    return [submissions[i] for i in sorted({*first, *counting}, reverse=True)], {submissions[i].pk for i in counting}
+    indices = sorted({*first, *counting}, reverse=True)
+    return [submissions[i] for i in indices], {submissions[i].pk for i in counting}
 
 
 def select_marked(assignment: Assignment, submissions: Sequence[Submission]) -> tuple[list[Submission], set[int]]:

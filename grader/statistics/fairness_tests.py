@@ -48,7 +48,8 @@ class Comparison:
 def _describe_twists(chain: Chain) -> str:
     """Return how many twist angles (alpha) of the DH table are negative or 180°."""
     twists = [row.alpha for row in convention_of(chain).rows if row.alpha.is_number]
-    return f"{count_noun(sum(bool(twist < 0) or twist == sp.pi for twist in twists), 'twist')} negative or 180°"
+    count = sum(bool(twist < 0) or twist == sp.pi for twist in twists)
+    return f"{count_noun(count, 'twist')} negative or 180°"
 
 
 def _describe_base(chain: Chain) -> str:
@@ -146,5 +147,6 @@ def describe_p_value(p_value: float) -> str:
     >>> describe_p_value(0.34), describe_p_value(0.0002)
     ('could be chance: p = 0.34', 'probably not chance: p < 0.001')
     """
-    p = "p < 0.001" if p_value < 0.001 else f"p = {p_value:.3f}" if p_value < 0.1 else f"p = {p_value:.2f}"
+    decimals = 3 if p_value < 0.1 else 2
+    p = "p < 0.001" if p_value < 0.001 else f"p = {p_value:.{decimals}f}"
     return f"{'probably not' if p_value < SIGNIFICANCE_LEVEL else 'could be'} chance: {p}"
