@@ -22,8 +22,7 @@ from qdot.exercises.families import Family
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
 from qdot.exercises.problem.problem import normalize_convention
-from qdot.exercises.robots.library import FILE_EXTENSIONS, find_robot_path, is_in_library
-from qdot.exercises.robots.library import list_robots as library
+from qdot.exercises.robots.library import FILE_EXTENSIONS, find_robot_path, is_in_library, list_robots
 from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.robots.robot_text import write_robot_text
 from qdot.exercises.short_questions import SHORT_QUESTIONS
@@ -90,7 +89,8 @@ def init(
 
 def families(
     name: Annotated[
-        str, name_argument("NAME", "A family, a real robot or a file: which questions apply to it.", FAMILIES, library)
+        str,
+        name_argument("NAME", "A family, a real robot or a file: which questions apply to it.", FAMILIES, list_robots),
     ] = "",
     convention: Annotated[str, name_option(f"Convention of NAME: {', '.join(CONVENTIONS)}.", names=CONVENTIONS)] = "",
     as_json: JsonOption = False,
@@ -302,14 +302,14 @@ def robots(as_json: JsonOption = False) -> None:
           all real robots, with the source of their data
     """
     if as_json:
-        print_result(json.dumps([asdict(robot) for robot in library().values()], ensure_ascii=False, indent=1))
+        print_result(json.dumps([asdict(robot) for robot in list_robots().values()], ensure_ascii=False, indent=1))
     else:
         print_result(describe_robots())
 
 
 def solve(
     robot: Annotated[
-        str, name_argument("ROBOT", "Your arm as ROBOT.toml or URDF, or the name of a real robot (panda).", library)
+        str, name_argument("ROBOT", "Your arm as ROBOT.toml or URDF, or the name of a real robot (panda).", list_robots)
     ],
     format: Annotated[
         str, name_option(f"Output format: {', '.join(SOLVE_FORMATS)}.", "--format", "-f", names=SOLVE_FORMATS)

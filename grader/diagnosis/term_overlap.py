@@ -40,7 +40,8 @@ def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
     if not part.answer.is_symbolic or parsed_answer.refusal is not None or rows is None:
         return False
     reference = part.answer.parse_trees(domain.roles)
-    if list(map(len, rows)) != list(map(len, reference)) or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES:
+    has_expected_shape = list(map(len, rows)) == list(map(len, reference))
+    if not has_expected_shape or sum(map(count_nodes, parsed_answer.entries)) > MAX_NODES:
         return False
     if any(parsed_answer.is_blank) or parsed_answer.symbols - set(domain.roles):
         return False

@@ -122,7 +122,8 @@ def compare_groups(
         group_sizes = Counter(descriptions)
         groups = [OTHERS_GROUP if group_sizes[text] < MIN_GROUP_SIZE else text for text in descriptions]
         distinct_groups = sorted(set(groups), key=lambda group: (group == OTHERS_GROUP, group))
-        if len(distinct_groups) < 2 or 0 < groups.count(OTHERS_GROUP) < MIN_GROUP_SIZE or len(set(shares)) < 2:
+        has_small_group = 0 < groups.count(OTHERS_GROUP) < MIN_GROUP_SIZE
+        if has_small_group or len(distinct_groups) < 2 or len(set(shares)) < 2:
             continue
         p_value = compute_permutation_p_value(shares, groups, f"{seed}/{slot}/{feature}")
         shares_by_group = {
