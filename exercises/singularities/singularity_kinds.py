@@ -62,7 +62,7 @@ def _has_coordinates(chain: Chain) -> bool:
 def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
     """Return whether each sample loses exactly one direction, and reaches nothing on one side of this direction.
 
-    At some boundary configurations, this shows only after the rotation of a joint that does not move P; for these,
+    At some boundary configurations, this is found only after the rotation of a joint that does not move P; for these,
     return False.
     """
     rows = chain.task_rows
@@ -115,10 +115,10 @@ def _compute_ranks(sigma: np.ndarray, samples: Sequence[Sample]) -> np.ndarray:
     A Jacobian whose entries are all negligible compared with the arm's length has rank zero.
     """
     scale = sigma[:, 0].copy()
-    small_scales = np.flatnonzero(scale < 1.0).tolist()
-    if small_scales:
-        arm_lengths = compute_arm_lengths([samples[k].arm for k in small_scales])
-        scale[small_scales] = np.maximum(scale[small_scales], np.minimum(arm_lengths, 1.0))
+    small_indices = np.flatnonzero(scale < 1.0).tolist()
+    if small_indices:
+        arm_lengths = compute_arm_lengths([samples[k].arm for k in small_indices])
+        scale[small_indices] = np.maximum(scale[small_indices], np.minimum(arm_lengths, 1.0))
     return np.asarray(np.sum(sigma > RANK_TOLERANCE * scale[:, None], axis=1))
 
 
@@ -152,8 +152,8 @@ def _rotate_joint(samples: Mapping[int, Sample], joint: int) -> dict[int, list[S
     keeps_point = np.ptp(arms.compute_point(q), axis=1).max(axis=1) < RANK_TOLERANCE
     return {
         k: [Sample(sample.arm, configuration) for configuration in configurations]
-        for (k, sample), configurations, keeps in zip(samples.items(), q, keeps_point, strict=True)
-        if keeps
+        for (k, sample), configurations, point_stays in zip(samples.items(), q, keeps_point, strict=True)
+        if point_stays
     }
 
 
@@ -170,11 +170,11 @@ def _classify_by_motion(samples: Sequence[Sample], task: list[int]) -> np.ndarra
         bending = _compute_bending(rank_samples, task, v_transposed[indices, rank:])
         is_at_boundary = np.zeros(len(indices), dtype=bool)
         for lost_directions in _yield_lost_directions(u[indices, :, rank:], bending):
-            undecided = np.flatnonzero(~is_at_boundary)  # those for which no direction has shown the boundary yet
-            if len(undecided):
-                undecided_samples = [rank_samples[k] for k in undecided.tolist()]
-                is_at_boundary[undecided] = _are_at_boundary(
-                    undecided_samples, task, lost_directions[undecided], bending[undecided]
+            undecided_indices = np.flatnonzero(~is_at_boundary)  # no earlier direction has shown the boundary
+            if len(undecided_indices):
+                undecided_samples = [rank_samples[k] for k in undecided_indices.tolist()]
+                is_at_boundary[undecided_indices] = _are_at_boundary(
+                    undecided_samples, task, lost_directions[undecided_indices], bending[undecided_indices]
                 )
         kinds[indices] = np.where(is_at_boundary, "boundary", "internal")
     return kinds
