@@ -1,4 +1,4 @@
-"""The command for students, `qdot check`; the module loads no code for classes, which would double the run time."""
+"""The command for students, `qdot check`. The code for classes isn't loaded, because that would double the run time."""
 
 from pathlib import Path
 from typing import Annotated

@@ -138,7 +138,7 @@ def find_option_index(text: str, options: Sequence[str]) -> int | None:
 
 
 _CERTIFICATE = Certificate("exact", 1, 0.0)
-"""The certificate of every comparison of letters, which is exact."""
+"""The certificate of every comparison of letters; these comparisons are exact."""
 
 
 def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: int) -> Judgement:

@@ -3,7 +3,7 @@
 The sandbox calls the function (`notebook_process.function_answers`). A function that accepts symbols is converted to a
 formula, which is not judged here. A function that accepts only numbers becomes a table of values: JSON after a prefix.
 
-The values are double-precision numbers from the student's code, which can't be recomputed with more digits. They must
+The values are double-precision numbers from the student's code; qdot can't recompute them with more digits. They must
 be correct to nine digits, relative to the size of the terms, or within the assignment's tolerance. Students can't know
 the configurations beforehand.
 """

@@ -137,7 +137,7 @@ def mark_answers(submission: Submission) -> None:
 
 
 def mark_practice(person: Person, typed_answers: TypedAnswers) -> MarkedAnswers:
-    """Return the marks of answers for practice, which are not stored. Raises Refused if marking takes long."""
+    """Return the marks of answers for practice, without storing them. Raises Refused if marking takes long."""
     marked_answers: MarkedAnswers | None = None
     with suppress(TimeoutError, BrokenProcessPool), _wait_for_turn(person.pk):
         marked_answers = get_judge_pool().run(mark_typed_answers, typed_answers)

@@ -114,7 +114,7 @@ def compute_permutation_p_value(values: Numbers, groups: Sequence[Hashable], see
 def _generate_permutations(n: int, seed: str) -> Iterator[np.ndarray]:
     """Yield arrays of up to `BATCH_SIZE` permutations of the numbers 0 to n − 1, one permutation in each row.
 
-    The permutations are the ranks of raw PCG64 output, which is the same in all versions of NumPy.
+    The permutations are the ranks of raw PCG64 output, because this output is the same in all versions of NumPy.
     """
     generator = np.random.PCG64(Stream(seed).integer_below(1 << 62))
     for start in range(0, PERMUTATION_COUNT, BATCH_SIZE):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # this module is also run as a program, which must start quic
     from qdot.exercises.notebook.self_check import Problems
 
 MAX_FILE_BYTES = 200_000_000
-"""Maximum size of a file in bytes, which allows for a notebook with outputs of 100 MB."""
+"""Maximum size of a file in bytes; it allows for a notebook with outputs of 100 MB."""
 
 MAX_JSON_VALUES = 12_000_000
 """Maximum number of values in a JSON file; even a short value takes about 60 bytes of memory."""
@@ -31,7 +31,7 @@ MAX_CODE_CHARACTERS, MAX_CELLS = 20_000_000, 25_000
 """Maximum number of characters of code in all cells together, and maximum number of cells."""
 
 MAX_BYTES_IN_THIS_PROCESS = 1_000_000
-"""Maximum size in bytes of a file that this process parses itself, which then takes little memory and time."""
+"""Maximum size in bytes of a file that this process parses itself, because parsing takes little memory and time."""
 
 MAX_MEMORY_BYTES, MAX_SECONDS = 2_000_000_000, 20
 """Maximum memory in bytes, and processor time in seconds, for parsing a larger file in a separate process."""

@@ -36,7 +36,7 @@ MAX_FILE_BYTES = 10_000_000
 MAX_FILES = 4096
 """Maximum number of files and folders in a notebook's folder."""
 MAX_DEPTH = 32
-"""Maximum depth of nested folders, which is checked only without a private root."""
+"""Maximum depth of nested folders; it is checked only without a private root."""
 MAX_PROCESSES = 64
 """Maximum number of processes and threads."""
 MAX_DESCRIPTORS = 64

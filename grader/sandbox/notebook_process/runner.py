@@ -241,7 +241,7 @@ ADVICE_BY_ERROR = {
 }
 """Parts of Python's error messages, and the advice that is added to each: how to write what the student meant."""
 PYTHON_HINTS = r"\. (Maybe you meant|Perhaps you forgot|Did you mean) .*\?$"
-"""Matches the advice at the end of Python's error messages, which is for programs and not for formulas."""
+"""Matches the advice at the end of Python's error messages; such advice is for programs and not for formulas."""
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:

@@ -1,6 +1,6 @@
 """Replace libraries that only display something with stand-ins, because nothing is displayed while qdot grades.
 
-Jupyter's own libraries (IPython, ipywidgets) are always replaced, because they need a front end, which is missing. The
+Jupyter's own libraries (IPython, ipywidgets) are always replaced, because they need a front end and there is none. The
 others are replaced only if they are not installed. Any operation on a stand-in does nothing and returns the stand-in.
 Libraries that compute, such as SciPy, have no stand-in, because formulas made with one would be wrong.
 """
