@@ -62,7 +62,8 @@ def compute_final_result(
     if len(notebooks) == 1:
         return result
     other_files = [notebook.file for i, notebook in enumerate(notebooks) if i != chosen_index]
-    choice_words, tie_remark = f", the {assignment.attempt_policy} one," if len(results) > 1 else "", ""
+    choice_words = f", the {assignment.attempt_policy} one," if len(results) > 1 else ""
+    tie_remark = ""
     if not assignment.attempt_policy.best_of:
         tied_count = sum(notebook.received == notebooks[chosen_index].received for notebook in notebooks)
         if tied_count == 1:
@@ -92,7 +93,7 @@ def make_ungraded_result(assignment: Assignment, student: Student, file: str, er
 def _make_result(
     assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
-    """Return the student's result for the case that this notebook counts."""
+    """Return the student's result if this notebook counts."""
     staff_notes = list(marks.staff_notes)
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
@@ -109,7 +110,8 @@ def _make_result(
         points = part.points if override.points is None else override.points
         outcome = part.outcome
         if outcome is Outcome.UNGRADED and points is not None:
-            outcome = Outcome.WRONG if points == 0 else Outcome.PARTIAL if points < part.max_points else Outcome.CORRECT
+            outcome = Outcome.PARTIAL if points < part.max_points else Outcome.CORRECT
+            outcome = Outcome.WRONG if points == 0 else outcome
         reason = MARKED_BY_PERSON if part.reason == AWAITS_PERSON and points is not None else part.reason
         override = replace(override, was=part.points)
         return replace(part, outcome=outcome, points=points, override=override, reason=reason)

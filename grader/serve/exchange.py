@@ -55,8 +55,8 @@ def make_overrides_csv(classroom: Classroom, key: str) -> str:
     for row in PointsOverride.objects.filter(classroom=classroom, assignment=key).select_related("person"):
         points = "" if row.points is None else format_points(row.points)
         student = row.person.student_id if row.person else ""
-        part, answer = "" if row.group else row.part, escape_formula(row.answer)
-        rows.append((student, part, points, row.comment, row.group, answer))
+        part = "" if row.group else row.part
+        rows.append((student, part, points, row.comment, row.group, escape_formula(row.answer)))
     return format_csv(rows)
 
 

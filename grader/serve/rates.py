@@ -11,6 +11,7 @@ SECONDS = 60.0
 
 _lock = threading.Lock()
 _times: dict[tuple[str, str], deque[float]] = defaultdict(deque)
+"""The times of the latest requests, by action and actor."""
 
 
 def check_rate(action: str, actor: object, limit: int) -> None:

@@ -250,6 +250,7 @@ def _parse_time(text: str) -> datetime.datetime | None:
     The default zone is UTC, and fractions of a second are omitted.
     """
     with suppress(ValueError):
-        moment = datetime.datetime.fromisoformat(re.sub(r"\s*(Z|UTC)$", "Z", re.sub(r"\s+([+-][\d:]+)$", r"\1", text)))
+        text = re.sub(r"\s+([+-][\d:]+)$", r"\1", text)
+        moment = datetime.datetime.fromisoformat(re.sub(r"\s*(Z|UTC)$", "Z", text))
         return moment.replace(microsecond=0, tzinfo=moment.tzinfo or datetime.UTC)
     return None

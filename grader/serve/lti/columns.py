@@ -40,8 +40,8 @@ def find_resource_id(address: str) -> str:
 def save_column(launch: LtiLaunch, context: LtiContext, resource_id: str, connector: ServiceConnector) -> bool:
     """Store the column of the activity that a launch opened, and return whether it is new.
 
-    If the platform has made no column, because a teacher typed the address of the activity, qdot makes one if the
-    platform allows that. Raises an error of the library or the connection.
+    If a teacher typed the address of the activity, the platform has made no column. qdot then makes one, provided that
+    the platform allows it. Raises an error of the library or the connection.
     """
     endpoint, link = launch.ags_claim or {}, launch.resource_link
     url = endpoint.get("lineitem", "")

@@ -166,8 +166,8 @@ def _postpone(
         words = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
     else:
         words = f"{_UNREACHABLE if response.status_code >= 500 else 'refused'}: HTTP {response.status_code}"
-    next_try, last_error = None if gives_up else now + wait, escape_controls(words)[:300]
-    values = {"next_try": next_try, "tries": F("tries") + 1, "last_error": last_error}
+    last_error = escape_controls(words)[:300]
+    values = {"next_try": None if gives_up else now + wait, "tries": F("tries") + 1, "last_error": last_error}
     if response is not None and response.status_code == 409:
         values["timestamp"] = now + wait
     number = deliveries.update(**values)
