@@ -478,7 +478,7 @@ def test_work_over_a_limit_is_ungraded_without_an_error(tmp_path: Path, monkeypa
     row = make_grades_csv([results["s0"]], assignment.roster).splitlines()[1]
     assert ",,4,,over limit," in row and "tell your instructor" not in row
     page = make_feedback_page(assignment, assignment.roster[0], results["s0"])
-    assert "No mark yet" in page and " of 4 points" not in page
+    assert "it has no mark yet" in page and " of 4 points" not in page
 
 
 HELPER = "def angle(x):\n    return x + 0\n"
