@@ -57,7 +57,7 @@ def make_grades_table(results: Sequence[Result], roster: Sequence[Student]) -> t
     for result in results:
         student = by_id[result.student]
         cells = [student.id, student.name, student.email, *(value for _, value in student.other_cells)]
-        points = [part.points for part in result.parts.values()]
+        points = [part.points if has_points(result) else None for part in result.parts.values()]
         score, percent = (result.score, result.percent) if is_marked(result) else (None, None)
         totals = [score, result.max_score, percent, find_work_status(result), _compute_late_penalty(result)]
         group_notes = [

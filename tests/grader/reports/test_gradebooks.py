@@ -255,7 +255,7 @@ def test_the_workbook_is_valid_for_openpyxl(make: Make) -> None:
     ada, paul, emmy = ({**dict(zip(header, row, strict=True))} for row in rows[1:])
     assert (ada["name"], ada["score"], ada["p1.jacobian"]) == ("=HYPERLINK(1)", 2.6667, 1)
     assert (paul["score"], paul["p1.jacobian"], paul["p1.position"], paul["status"]) == (None, None, 1, "ungraded")
-    assert (emmy["score"], emmy["status"]) == (None, "missing")
+    assert (emmy["score"], emmy["p1.jacobian"], emmy["status"]) == (None, None, "missing")
     assert {cell.data_type for cell in book["Grades"]["B"]} == {"s"}  # text, not a formula
     assert not any(cell.hyperlink for cell in book["Grades"]["B"])
     assert emmy["name"] == "Emmy\\u202e"
