@@ -46,17 +46,20 @@ class Edit:
     missing_node: Node | None = None
 
     @property
-    def missing_words(self) -> str:
-        """A phrase that names the lengths, rates and decimals of the omitted term or factor, or else its joints.
+    def term_words(self) -> str:
+        """A phrase that identifies the omitted term or factor; "" if nothing is omitted."""
+        return "" if self.missing_node is None else describe_term(self.missing_node)
 
-        The phrase is empty if nothing is omitted, or if there are no names.
-        """
-        if self.missing_node is None:
-            return ""
-        if self.missing_node.kind in ("number", "decimal"):
-            return f" ({format_tree(self.missing_node)})"
-        names = [*dict.fromkeys(_find_factors(self.missing_node))] or sorted(find_names(self.missing_node) - {"pi"})
-        return f" that contains {join_words(names)}" if names else ""
+
+def describe_term(term: Node) -> str:
+    """Return a phrase that names the lengths, rates and decimals of a term or factor, or else its joints.
+
+    The phrase is empty if there are no names.
+    """
+    if term.kind in ("number", "decimal"):
+        return f" ({format_tree(term)})"
+    names = [*dict.fromkeys(_find_factors(term))] or sorted(find_names(term) - {"pi"})
+    return f" that contains {join_words(names)}" if names else ""
 
 
 def _find_factors(node: Node) -> Iterator[str]:

@@ -185,7 +185,7 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
                 return True
     if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
         return False
-    diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer, allows_any_number=True))
+    diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer, tries_any_number=True))
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
 
 
@@ -279,7 +279,7 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     return (
         explain_missing_links(answer)
         or _explain_formulas(answer)
-        or _explain_formulas(answer, allows_any_number=True)
+        or _explain_formulas(answer, tries_any_number=True)
         or _explain_terms(answer)
     )
 
@@ -297,7 +297,7 @@ def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAn
     nearest_mistakes = NEAREST_MISTAKES_IN_QUANTITIES if is_quantity(formula) else NEAREST_MISTAKES
     if any(prediction.mistake.name in LIKELIEST_IN_OWN_QUESTIONS for prediction in predictions):
         return None
-    searches = (_explain_formulas, partial(_explain_formulas, allows_any_number=True), _explain_terms)
+    searches = (_explain_formulas, partial(_explain_formulas, tries_any_number=True), _explain_terms)
     for diagnosis in (search(answer) for search in searches):
         if diagnosis is not None and diagnosis.is_single_mistake and nearest_mistakes.issuperset(diagnosis.mistakes):
             return diagnosis
@@ -432,7 +432,7 @@ def _write_message(prediction: PredictedAnswer) -> str:
     return sentence + see + reference
 
 
-def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> Diagnosis | None:
+def _explain_formulas(answer: WrongAnswer, tries_any_number: bool = False) -> Diagnosis | None:
     """Return the mistake in the finished formulas, or None.
 
     The mistake is looked for in the formulas of the worked solution and in those with which answers are compared. A
@@ -440,7 +440,7 @@ def _explain_formulas(answer: WrongAnswer, allows_any_number: bool = False) -> D
     """
     shape = answer.correct_values.shape[:2]
     forms = [form if _find_shape(form) == shape else transpose(form) for form in _list_reference_forms(answer)]
-    diagnoses = [explain_formulas(answer, form, allows_any_number) for form in forms if _find_shape(form) == shape]
+    diagnoses = [explain_formulas(answer, form, tries_any_number) for form in forms if _find_shape(form) == shape]
     return min(
         filter(None, diagnoses),
         key=lambda diagnosis: (len(diagnosis.signature) > 0, not diagnosis.is_single_mistake),

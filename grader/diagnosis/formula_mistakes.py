@@ -52,39 +52,40 @@ MAX_REPLACEMENTS, REPLACEMENT_SAMPLE_COUNT = 300, 3
 
 OWN_TABLE_HINT = "Use the lengths in the table of your own arm. See (6.1)."
 SURPLUS_BY_MISSING = {"term-missing": "term-surplus", "factor-missing": "factor-surplus"}
-"""Maps the mistake that a term or factor is missing to the mistake that it is surplus.
+"""Maps each mistake that omits a term or factor to its opposite.
 
-A term or factor of the answer is surplus if the answer without it equals the reference.
+If omitting a term or factor from the answer gives the reference, that term or factor was surplus.
 """
 
 MISTAKES_IN_NUMBERS: tuple[Collection[str], ...] = (
     ("entry-halved", "entry-doubled"), ("term-sign-typed", "term-missing", "trig-typed", "symbol-typed"), CATALOGUE,
 )  # fmt: skip
-"""The mistakes that are considered for a number, the likeliest ones first."""
+"""Groups of mistakes, tried in turn until one explains the number. In their names, `-typed` means typed wrongly."""
 MAX_CHANCE = 0.05
-"""Maximum probability that one of the mistakes gives a number by chance; if it is larger, none is considered."""
+"""Maximum probability that a mistake of a group gives a number by chance; if it is larger, the group is skipped."""
 
 EntryIndex = tuple[int, int]
 """The row and the column of an entry, from 0."""
 
 
-def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bool = False) -> Diagnosis | None:
+def explain_formulas(answer: WrongAnswer, reference: Rows, tries_any_number: bool = False) -> Diagnosis | None:
     """Return the mistake in the finished formulas of an answer; `reference` has the formulas of the correct answer.
 
-    The search looks for one mistake in each wrong entry. If `allows_any_number`, a number or an angle may also be wrong
+    The search looks for one mistake in each wrong entry. If `tries_any_number`, a number or an angle may also be wrong
     by any amount, unless the answer consists of numbers. Blanks don't count as wrong.
     """
     if not answer.has_expected_shape:
         return None
     if answer.part.answer.is_numeric:
-        answer, allows_any_number = replace(answer, rows=None), False  # a typed number is not a formula
+        answer, tries_any_number = replace(answer, rows=None), False  # a typed number is not a formula
     wrong_entries = answer.list_wrong_entries()
     if not wrong_entries:
         return None
     if number_for_symbol := _find_number_for_symbol(answer, reference):
         return number_for_symbol
-    is_one_of_several_entries = len(wrong_entries) == 1 and answer.correct_values[..., 0].size > 1
-    if not is_one_of_several_entries:
+    entry_count = answer.correct_values[..., 0].size
+    only_one_entry_is_wrong = len(wrong_entries) == 1 and entry_count > 1
+    if not only_one_entry_is_wrong:
         diagnosis = (
             find_exchange(answer)
             or (_find_mistake_everywhere(answer, reference) if answer.is_precise else None)
@@ -92,13 +93,13 @@ def explain_formulas(answer: WrongAnswer, reference: Rows, allows_any_number: bo
         )
         if diagnosis is not None or len(wrong_entries) > MAX_ENTRIES:
             return diagnosis
-    return _find_mistakes_in_entries(answer, reference, wrong_entries, allows_any_number)
+    return _find_mistakes_in_entries(answer, reference, wrong_entries, tries_any_number)
 
 
 def describe_terms(comparison: TermComparison, shape: tuple[int, ...]) -> Diagnosis | None:
-    """Return the diagnosis of the terms in which an answer differs from the reference; None if words can't name them.
+    """Return the diagnosis of the terms in which an answer differs from the reference.
 
-    `shape` is the shape of the answer.
+    `shape` is the shape of the answer. Returns None if the terms with a wrong number have no symbol in common.
     """
     columns = shape[1] if len(shape) > 1 else 1
     entries = list(dict.fromkeys(divmod(index, columns) for index, _ in comparison.differences))
@@ -115,7 +116,10 @@ def describe_terms(comparison: TermComparison, shape: tuple[int, ...]) -> Diagno
 
 
 def _join_diagnoses(diagnoses: Sequence[Diagnosis]) -> Diagnosis:
-    """Return one diagnosis that names all mistakes; if there are several, none of the messages calls the rest right."""
+    """Return one diagnosis that names all mistakes.
+
+    If there are several, "The rest is right." is left out of each message.
+    """
     names = dict.fromkeys(name for diagnosis in diagnoses for name in diagnosis.mistakes)
     feedback = " ".join(diagnosis.feedback for diagnosis in diagnoses)
     if len(diagnoses) > 1:
@@ -182,13 +186,13 @@ def find_exchange(answer: WrongAnswer) -> Diagnosis | None:
     return None
 
 
-def _find_mistake_everywhere(answer: WrongAnswer, rows: Rows) -> Diagnosis | None:
-    """Return the mistake that was made everywhere in the formulas (`rows`), or None.
+def _find_mistake_everywhere(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
+    """Return the mistake that, made everywhere in the reference, gives the answer; None if there is none.
 
     If the formulas are long, fewer mistakes are tried.
     """
-    size = sum(count_nodes(entry) for row in rows for entry in row)
-    for name, edited_rows in islice(formula_edits.edit_all_entries(rows), MAX_EVALUATED_NODES // max(size, 1)):
+    size = sum(count_nodes(entry) for row in reference for entry in row)
+    for name, edited_rows in islice(formula_edits.edit_all_entries(reference), MAX_EVALUATED_NODES // max(size, 1)):
         entries = [entry for row in edited_rows for entry in row]
         predicted_values = evaluate_formulas(entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
@@ -213,7 +217,8 @@ def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis |
         new_entries = [formula_edits.replace_nodes(entry, {symbol: number}.get) for entry in entries]
         values = evaluate_formulas(new_entries, answer.values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(values) and is_distinctive(values):
-            if evaluate(compile_program([number]), {}, 1).values == 1:  # the symbol was left out
+            # A 1 in place of the symbol means that the symbol was left out.
+            if evaluate(compile_program([number]), {}, 1).values == 1:
                 words = {"Where": "In your answer,", "which": f" (with {name})"}
                 return Diagnosis(("factor-missing",), CATALOGUE["factor-missing"].format_message(words))
             return Diagnosis(("number-for-symbol",), CATALOGUE["number-for-symbol"].format_message({"symbol": name}))
@@ -221,10 +226,11 @@ def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis |
 
 
 def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
-    """Return the diagnosis that an answer would be correct for an arm with several other lengths, or None.
+    """Return the diagnosis that an answer would be correct for an arm with other lengths, or None.
 
-    The answer's lengths are replaced by the arm's lengths in every possible way. This is not a mistake of the catalogue
-    and earns no partial credit, because the arm may be another student's.
+    The answer must have lengths that are not the arm's in at least two places. The answer's lengths are replaced by the
+    arm's lengths in every possible way. This is not a mistake of the catalogue and earns no partial credit, because the
+    arm may be another student's.
     """
     entries = [entry for row in answer.rows or [] for entry in row]
     if sum(map(count_nodes, entries)) > formula_edits.MAX_ENTRY_NODES:
@@ -234,7 +240,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     replaceable_lengths = list(dict.fromkeys(typed_lengths))
     other_lengths = [leaf for leaf in replaceable_lengths if leaf not in arm_lengths]
     if len(arm_lengths) ** len(replaceable_lengths) > MAX_REPLACEMENTS:
-        replaceable_lengths = other_lengths  # with fewer combinations, the arm's own lengths could also be exchanged
+        replaceable_lengths = other_lengths  # too many combinations: keep the answer's lengths that are the arm's own
     count = len(arm_lengths) ** len(replaceable_lengths)
     if sum(map(typed_lengths.count, other_lengths)) < 2 or not 0 < count <= MAX_REPLACEMENTS:
         return None
@@ -254,7 +260,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
 
 
 def _find_lengths(node: Node) -> Iterator[Node]:
-    """Yield the decimals of a formula and the names of its lengths."""
+    """Yield the lengths in a formula: their names, and all decimals, because a decimal may be a typed length."""
     if node.kind == "decimal" or (node.kind == "name" and formula_edits.is_length(node.value)):
         yield node
     for arg in node.args:
@@ -262,61 +268,62 @@ def _find_lengths(node: Node) -> Iterator[Node]:
 
 
 def _find_mistakes_in_entries(
-    answer: WrongAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], allows_any_number: bool
+    answer: WrongAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], tries_any_number: bool
 ) -> Diagnosis | None:
-    """Return the mistakes that were made in the wrong entries, or None if there are more than two kinds of mistakes.
+    """Return the mistakes that were made in the wrong entries.
 
-    A mistake that explains all wrong entries is preferred.
+    A mistake that explains all wrong entries is preferred. Returns None if an entry has no explanation, or if there are
+    more than two kinds of mistakes.
     """
     entry_count = answer.correct_values[..., 0].size
     is_partly_right = entry_count != len(wrong_entries)
-    mistakes_by_entry: dict[EntryIndex, list[LocatedMistake]] = {}
+    mistakes_by_entry: dict[EntryIndex, list[EntryMistake]] = {}
     for i, j in wrong_entries:
         typed_formula = answer.rows[i][j] if answer.rows else None
         is_derivative = bool(answer.is_differentiated[i, j])
         numeric, correct_values = answer.numeric.select_entry(i, j), answer.correct_values[i, j]
         entry = _WrongEntry(reference[i][j], typed_formula, is_derivative, answer.values, numeric, correct_values)
-        mistakes_by_entry[i, j] = entry.find_mistakes(is_partly_right, entry_count, allows_any_number)
+        mistakes_by_entry[i, j] = entry.find_mistakes(is_partly_right, entry_count, tries_any_number)
         if not mistakes_by_entry[i, j]:
             return None
     name_sets = [{name for name, _ in mistakes} for mistakes in mistakes_by_entry.values()]
     common_names = set.intersection(*name_sets)
     common_name = next((name for name, _ in mistakes_by_entry[wrong_entries[0]] if name in common_names), None)
-    entries_by_mistake: dict[LocatedMistake, list[EntryIndex]] = {}
-    for entry_index, located_mistakes in mistakes_by_entry.items():
-        likeliest_mistake = next(mistake for mistake in located_mistakes if common_name in (None, mistake.name))
+    entries_by_mistake: dict[EntryMistake, list[EntryIndex]] = {}
+    for entry_index, entry_mistakes in mistakes_by_entry.items():
+        likeliest_mistake = next(mistake for mistake in entry_mistakes if common_name in (None, mistake.name))
         entries_by_mistake.setdefault(likeliest_mistake, []).append(entry_index)
     if len({name for name, _ in entries_by_mistake}) > 2:
         return None
     diagnoses = [
-        _make_diagnosis(name, entry_indices, answer.correct_values.shape, missing_words)
-        for (name, missing_words), entry_indices in entries_by_mistake.items()
+        _make_diagnosis(name, entry_indices, answer.correct_values.shape, term_words)
+        for (name, term_words), entry_indices in entries_by_mistake.items()
     ]
     return _join_diagnoses(diagnoses)
 
 
-class LocatedMistake(NamedTuple):
-    """The name of a mistake, and words that identify the missing term or factor, if any."""
+class EntryMistake(NamedTuple):
+    """The name of a mistake in an entry, and words that identify the term or factor that it concerns, if any."""
 
     name: str
-    missing_words: str = ""
+    term_words: str = ""
 
 
 @dataclass(frozen=True)
 class _WrongEntry:
     """One wrong entry of an answer, with the formulas and the values of the answer and of the reference.
 
-    `is_derivative` is whether the entry is found by differentiation. `values` has the values of all symbols.
+    `is_derivative` is whether the entry is found by differentiation. `symbol_values` has the values of all symbols.
     """
 
     reference: Node
     typed_formula: Node | None
     is_derivative: bool
-    values: SymbolValues
+    symbol_values: SymbolValues
     answer: NumericAnswer
     correct_values: np.ndarray
 
-    def find_mistakes(self, is_partly_right: bool, entry_count: int, allows_any_number: bool) -> list[LocatedMistake]:
+    def find_mistakes(self, is_partly_right: bool, entry_count: int, tries_any_number: bool) -> list[EntryMistake]:
         """Return the mistakes that give the entry, the likelier mistakes first.
 
         A constant entry identifies a mistake only if other entries of the answer are correct. If the constant is not
@@ -326,102 +333,115 @@ class _WrongEntry:
         if not (is_informative or (is_partly_right and (is_zero or entry_count > 3))):
             return []
         if is_zero:
-            words = formula_edits.Edit("", self.reference, self.reference).missing_words
+            words = formula_edits.describe_term(self.reference)
             has_terms = bool(expand_terms(self.reference, 1))
-            return [LocatedMistake("term-missing", words) if has_terms else LocatedMistake("entry-missing")]
+            return [EntryMistake("term-missing", words) if has_terms else EntryMistake("entry-missing")]
         mistakes = list(dict.fromkeys((*self._find_edits(), *self._find_surplus(), *self._find_lost_sign())))
-        if mistakes or not (is_informative and allows_any_number):
+        if mistakes or not (is_informative and tries_any_number):
             return mistakes
         return list(self._find_wrong_number()) or list(self._find_wrong_angle())
 
-    def _find_edits(self) -> Iterator[LocatedMistake]:
-        """Yield the mistakes that give the entry when they are made in the reference."""
-        is_number = self.correct_values.shape[-1] == 1
-        searches = (self._list_fitting_edits(self.reference, self.answer, names) for names in MISTAKES_IN_NUMBERS)
-        edits = next(filter(None, searches), []) if is_number else self._list_fitting_edits(self.reference, self.answer)
-        for edit in edits:
-            yield LocatedMistake(edit.mistake, edit.missing_words)
+    @property
+    def _has_one_configuration(self) -> bool:
+        """Whether values at only one configuration are compared, because the answer is a number."""
+        return self.correct_values.shape[-1] == 1
 
-    def _find_surplus(self) -> Iterator[LocatedMistake]:
+    def _find_edits(self) -> Iterator[EntryMistake]:
+        """Yield the mistakes that give the entry when they are made in the reference."""
+        searches = (self._list_fitting_edits(self.reference, self.answer, names) for names in MISTAKES_IN_NUMBERS)
+        edits = (
+            next(filter(None, searches), [])
+            if self._has_one_configuration
+            else self._list_fitting_edits(self.reference, self.answer)
+        )
+        for edit in edits:
+            yield EntryMistake(edit.mistake, edit.term_words)
+
+    def _find_surplus(self) -> Iterator[EntryMistake]:
         """Yield a mistake if the entry without a term or factor, or without some symbols, equals the reference."""
         if self.typed_formula is None:
             return
-        expected_answer = replace(self.answer, values=self.correct_values[None, None])
-        for edit in self._list_fitting_edits(self.typed_formula, expected_answer, SURPLUS_BY_MISSING):
-            yield LocatedMistake(SURPLUS_BY_MISSING[edit.mistake], edit.missing_words)
-        if expected_answer.equals(np.zeros_like(expected_answer.values)):
-            words = formula_edits.Edit("", self.typed_formula, self.typed_formula).missing_words
-            yield LocatedMistake("term-surplus", words)
+        correct_answer = replace(self.answer, values=self.correct_values[None, None])
+        for edit in self._list_fitting_edits(self.typed_formula, correct_answer, SURPLUS_BY_MISSING):
+            yield EntryMistake(SURPLUS_BY_MISSING[edit.mistake], edit.term_words)
+        if correct_answer.equals(np.zeros_like(correct_answer.values)):
+            words = formula_edits.describe_term(self.typed_formula)
+            yield EntryMistake("term-surplus", words)
         surplus_names = sorted(find_names(self.typed_formula) - find_names(self.reference))
         formula = replace_names(self.typed_formula, dict.fromkeys(surplus_names, ZERO))
-        if surplus_names and expected_answer.equals(evaluate_formulas([formula], self.values)[None]):
-            yield LocatedMistake("term-surplus", f" (with {join_words(surplus_names)})")
+        if surplus_names and correct_answer.equals(evaluate_formulas([formula], self.symbol_values)[None]):
+            yield EntryMistake("term-surplus", f" (with {join_words(surplus_names)})")
 
     def _list_fitting_edits(
-        self, entry: Node, expected: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
+        self, formula: Node, target: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
     ) -> list[formula_edits.Edit]:
-        """Return the edits of a formula that give the expected values, considering only some mistakes."""
+        """Return the edits of a formula that give the target, considering only some mistakes."""
         if not self.is_derivative:
             allowed_mistakes = set(allowed_mistakes) - formula_edits.DERIVATIVE_MISTAKES
-        edits = (edit for edit in formula_edits.edit_entry(entry, self.values) if edit.mistake in allowed_mistakes)
+        edits = (
+            edit for edit in formula_edits.edit_entry(formula, self.symbol_values) if edit.mistake in allowed_mistakes
+        )
         candidates = list(islice(edits, MAX_EDITS))
         if not candidates:
             return []
-        answers = evaluate_formulas([edit.entry for edit in candidates], self.values)
-        different_count = len(set(answers[:, 0].real.round(12))) if answers.shape[1] == 1 else 0
-        if 2 * expected.tolerances.relative * different_count > MAX_CHANCE:
+        answers = evaluate_formulas([edit.entry for edit in candidates], self.symbol_values)
+        prediction_count = len(set(answers[:, 0].real.round(12))) if self._has_one_configuration else 0
+        # Each prediction matches all numbers in an interval; its relative width is twice the tolerance.
+        if 2 * target.tolerances.relative * prediction_count > MAX_CHANCE:
             return []
-        return [candidates[k] for k in np.flatnonzero(expected.match_entries(answers[:, None, None]))]
+        return [candidates[k] for k in np.flatnonzero(target.match_entries(answers[:, None, None]))]
 
-    def _find_wrong_number(self) -> Iterator[LocatedMistake]:
-        """Yield a mistake if a term or the entry is multiplied by any number, or if any number is added."""
+    def _find_wrong_number(self) -> Iterator[EntryMistake]:
+        """Yield a mistake if a term or the entry is multiplied by some number, or if some number is added."""
         is_short = count_nodes(self.reference) <= formula_edits.MAX_ENTRY_NODES
         terms = (expand_terms(self.reference, formula_edits.MAX_TERMS) if is_short else None) or []
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.correct_values
-        for part, values in zip(parts, evaluate_formulas(parts, self.values), strict=True):
+        for part, values in zip(parts, evaluate_formulas(parts, self.symbol_values), strict=True):
             with np.errstate(all="ignore"):
                 ratio = difference / values
             if np.isfinite(ratio).all() and np.ptp(ratio.real) <= 1e-6 * np.abs(ratio).max():
                 symbols = sorted(find_names(part))
                 if part in terms and symbols:
-                    yield LocatedMistake("number-typed", f" (with {join_words(symbols)})")
+                    yield EntryMistake("number-typed", f" (with {join_words(symbols)})")
                 else:
-                    yield LocatedMistake("entry-factor" if symbols else "constant-typed")
+                    yield EntryMistake("entry-factor" if symbols else "constant-typed")
 
-    def _find_wrong_angle(self) -> Iterator[LocatedMistake]:
-        """Yield a mistake if one angle is wrong by any constant c.
+    def _find_wrong_angle(self) -> Iterator[EntryMistake]:
+        """Yield a mistake if one angle is wrong by some constant c.
 
         Let w be the sine or cosine of the angle, and w' the same function of the angle plus pi/2. The wrong entry is
-        A + B (w cos c + w' sin c), where A and B don't depend on c. This equation is solved for c by least squares.
+        A + B (w cos c + w' sin c). A, which is the reference without w, and B don't depend on c. This equation is
+        solved for c by least squares.
         """
         has_few_samples = self.correct_values.shape[-1] < MIN_SAMPLES_FOR_CONSTANT
         if has_few_samples or count_nodes(self.reference) > formula_edits.MAX_ENTRY_NODES:
             return
-        constant_parts = formula_edits.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
+        parts_without_trig = formula_edits.replace_each_trig(self.reference, lambda _: ZERO)[:MAX_TRIGS]
         shifted_formulas = formula_edits.replace_each_trig(self.reference, formula_edits.add_quarter_turn)[:MAX_TRIGS]
-        entry_values, *variants = evaluate_formulas([self.reference, *constant_parts, *shifted_formulas], self.values)
-        pairs = zip(variants[: len(constant_parts)], variants[len(constant_parts) :], strict=True)
-        for k, (constant_part, shifted_values) in enumerate(pairs):
-            coefficients = np.stack([entry_values - constant_part, shifted_values - constant_part], axis=1)
+        (entry_values,) = evaluate_formulas([self.reference], self.symbol_values)
+        values_without_trig = evaluate_formulas(parts_without_trig, self.symbol_values)
+        values_with_shift = evaluate_formulas(shifted_formulas, self.symbol_values)
+        for k, (rest_values, shifted_values) in enumerate(zip(values_without_trig, values_with_shift, strict=True)):
+            coefficients = np.stack([entry_values - rest_values, shifted_values - rest_values], axis=1)
             if not np.isfinite(coefficients).all():
                 continue
-            remainder = self.answer.values[0, 0] - constant_part
+            remainder = self.answer.values[0, 0] - rest_values
             (cos_c, sin_c), *_ = np.linalg.lstsq(coefficients.real, remainder.real, rcond=None)
             if abs(cos_c**2 + sin_c**2 - 1) > 1e-6:
                 continue
             constant = Node("decimal", value=Fraction(float(np.arctan2(sin_c, cos_c))))
             formulas = formula_edits.replace_each_trig(self.reference, partial(_add_to_angle, constant))
-            if self.answer.equals(evaluate_formulas([formulas[k]], self.values)[None]):
-                yield LocatedMistake("angle-typed")
+            if self.answer.equals(evaluate_formulas([formulas[k]], self.symbol_values)[None]):
+                yield EntryMistake("angle-typed")
                 return
 
-    def _find_lost_sign(self) -> Iterator[LocatedMistake]:
+    def _find_lost_sign(self) -> Iterator[EntryMistake]:
         """Yield a mistake if the absolute value is correct, but the sign is wrong at some configurations only."""
         values, reference = self.answer.values[0, 0].real, self.correct_values.real
         is_same_size = replace(self.answer, values=np.abs(values)[None, None]).equals(np.abs(reference)[None, None])
         if is_same_size and (values * reference > 0).any() and (values * reference < 0).any():
-            yield LocatedMistake("sign-lost")
+            yield EntryMistake("sign-lost")
 
 
 def _add_to_angle(term: Node, trig: Node) -> Node:
@@ -429,10 +449,10 @@ def _add_to_angle(term: Node, trig: Node) -> Node:
 
 
 def _make_diagnosis(
-    name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], missing_words: str = ""
+    name: str, entry_indices: Sequence[EntryIndex], shape: tuple[int, ...], term_words: str = ""
 ) -> Diagnosis:
     """Return the diagnosis that names a mistake and the entries in which it was made."""
     location = locate_entries(entry_indices, shape)
-    words = {"Where": location, "which": missing_words, "entries": name_entries(entry_indices, shape)}
+    words = {"Where": location, "which": term_words, "entries": name_entries(entry_indices, shape)}
     message = CATALOGUE[name].format_message(words)
     return Diagnosis((name,), message, signature=(f"{name} {_identify_entries(entry_indices, shape)}",))

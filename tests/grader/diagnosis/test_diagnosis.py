@@ -195,9 +195,9 @@ def test_relative_angles_in_a_whole_entry_are_one_mistake() -> None:
 
 def test_a_missing_term_is_described_by_its_symbols() -> None:
     entry = parse_formula(f"0.5*{C1} + a2*qd1*{C12} + {S1}*{S12}", {})
-    descriptions = {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "term-missing"}
+    descriptions = {edit.term_words for edit in edit_entry(entry) if edit.mistake == "term-missing"}
     assert descriptions >= {" that contains 0.5", " that contains a2 and qd1", " that contains theta1 and theta2"}
-    assert {edit.missing_words for edit in edit_entry(entry) if edit.mistake == "trig-typed"} == {""}
+    assert {edit.term_words for edit in edit_entry(entry) if edit.mistake == "trig-typed"} == {""}
 
 
 def test_entries_are_located_by_row_and_column_or_number() -> None:
