@@ -17,7 +17,7 @@ from qdot.exercises.questions import QUESTIONS, Question
 from qdot.exercises.questions.custom import Definition, make_question
 from qdot.exercises.robots.library import list_robots
 from qdot.exercises.short_questions import ALL_QUESTIONS, SHORT_QUESTIONS
-from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty, rate_difficulty_band
+from qdot.exercises.singularities.difficulty import HARDEST_LEVEL, describe_band, rate_difficulty, rate_difficulty_level
 
 QuestionsByName = Mapping[str, Question]
 """Questions by name: all built-in questions, and possibly an instructor's own questions."""
@@ -29,7 +29,7 @@ Only families with varied structures (kinds and arrangement of joints), and quiz
 """
 
 MAX_SAMPLED_ARMS = 200
-"""Maximum number of arms that are sampled to find one in a band of difficulty."""
+"""Maximum number of arms that are sampled to find one in a band of difficulty, a range of levels."""
 
 QUIZ_CANDIDATES = (
     "singular-angles-choice", "column-choice", "determinant-choice", "vector-choice", "singular-configurations",
@@ -87,20 +87,20 @@ def sample_chain(
         return describe_as_asked(family.sample_structure(stream, axes, identity.band, is_suitable))
     short_questions = [name for name in identity.questions if name in SHORT_QUESTIONS]
     arms = map(describe_as_asked, _sample_arms(family, stream, axes))
-    low, high = identity.band or (0, HARDEST_BAND)
-    band_of_arm: dict[Chain, int] = {}
+    low, high = identity.band or (0, HARDEST_LEVEL)
+    level_of_arm: dict[Chain, int] = {}
     for sample_index, chain in enumerate(islice(arms, MAX_SAMPLED_ARMS)):
         if identity.band is not None:
-            if chain in band_of_arm:  # the family has no more arms
+            if chain in level_of_arm:  # the family has no more arms
                 break
-            band_of_arm[chain] = rate_difficulty_band(chain)
-            if not low <= band_of_arm[chain] <= high:
+            level_of_arm[chain] = rate_difficulty_level(chain)
+            if not low <= level_of_arm[chain] <= high:
                 continue
         if sample_index >= MAX_QUIZ_ARMS or _find_objection(chain, short_questions) is None:
             return chain
-    available_bands = describe_band(min(band_of_arm.values()), max(band_of_arm.values()))
+    available_band = describe_band(min(level_of_arm.values()), max(level_of_arm.values()))
     refusal = f"{family.name} has no arm of difficulty {describe_band(low, high)}"
-    raise QdotError(f"{refusal}; its arms are of difficulty {available_bands}")
+    raise QdotError(f"{refusal}; its arms are of difficulty {available_band}")
 
 
 def _change_description(chain: Chain, convention: str, twist_order: str = "") -> Chain:
@@ -204,12 +204,12 @@ def compute_listing(family: Family) -> FamilyListing:
     one step. Families with varied structures and robots from files have no such steps.
     """
     arms = _sample_listing_arms(family)
-    bands = [rate_difficulty_band(arm) for arm in arms]
+    levels = [rate_difficulty_level(arm) for arm in arms]
     kinds = "" if family.has_varied_structure else "".join(joint.kind for joint in arms[0].joints)
-    has_steps = not (family.has_varied_structure or family.robot_argument)
+    has_steps = not (family.has_varied_structure or family.is_robot)
     step_identities = [ProblemId(family.name, 0, variation=name) for name in VARIATION_STEPS] if has_steps else []
     difficulties = tuple(rate_difficulty(sample_chain(identity, family)) for identity in step_identities)
-    return FamilyListing(kinds, (min(bands), max(bands)), determine_questions(family), difficulties)
+    return FamilyListing(kinds, (min(levels), max(levels)), determine_questions(family), difficulties)
 
 
 def check_questions(

@@ -7,7 +7,7 @@ This package imports the packages that make problems and notebooks. The exports 
     late_rule                   penalties for late work
     front_page                  what an exam on paper says above its first problem
     attempt_policy              which of a student's notebooks count
-    gradebook                   class lists that Canvas or Moodle has exported
+    class_list                  class lists that Canvas or Moodle has exported
     certified_problems          generates a class's problems, and replaces those that fail their certificate
     replacements                redrawn.csv, the list of replaced problems
     sets, release               ready-made sets of problems; makes an assignment folder and writes the notebooks

@@ -21,9 +21,15 @@ from qdot.exercises import generation
 from qdot.exercises.arm.chain import DEFAULT_CONVENTION, DEFAULT_TWIST_ORDER
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy, read_attempt_policy
+from qdot.exercises.assignment.class_list import (
+    LAST_NAME_KEY,
+    PlatformClassList,
+    get_cell_under_any_name,
+    normalize_identifier,
+    read_class_list,
+)
 from qdot.exercises.assignment.expected_forms import EXPECTED_FORMS
 from qdot.exercises.assignment.front_page import FrontPage, read_front_page
-from qdot.exercises.assignment.gradebook import LAST_NAME_KEY, Gradebook, get_cell, normalize_identifier, read_export
 from qdot.exercises.assignment.late_rule import LateRule, add_time_zone, read_late_rule
 from qdot.exercises.assignment.replacements import Replacement, Replacements, read_replacements
 from qdot.exercises.common.errors import ErrorList, KeyReason, QdotError, count_noun, find_most_similar, make_name_error
@@ -52,7 +58,7 @@ from qdot.exercises.questions.custom.texts import check_formulas
 from qdot.exercises.robots.library import find_robot_path
 from qdot.exercises.robots.robot_file import read_robot_file
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.exercises.singularities.difficulty import HARDEST_BAND
+from qdot.exercises.singularities.difficulty import HARDEST_LEVEL
 from qdot.exercises.writing.custom_texts import check_given_values, fill_text
 from qdot.exercises.writing.languages import ENGLISH, load_catalogue
 from qdot.exercises.writing.wording import Wording
@@ -146,7 +152,7 @@ IDENTIFIER_RULE = (
     "it must have at most 100 characters, must not start with '.' or '-', and must not contain / \\ : * ? \" < > |"
 )
 WINDOWS_NAME_RULE = (
-    "on Windows, these must not end in '.' or be the name of a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
+    "on Windows, the name of a file must not end in '.' or be the name of a device (CON, PRN, AUX, NUL, COM1, LPT1, …)"
 )
 
 
@@ -170,11 +176,11 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the minimum and maximum difficulty. `robot_digest` is a hash of the instructor's robot file, or "" for a
-    family. `variation` is how much the arms differ from the family's textbook arm. `convention` describes the arms, and
-    `twist_order` is the order of the two halves of a twist. `decimals` has the tolerance of each question that accepts
-    rounded decimals. `credit` has the rules for partial credit that the assignment sets for single questions.
-    `definitions` are the instructor's own questions that the slot asks.
+    `band` is the minimum and maximum level of difficulty. `robot_digest` is a hash of the instructor's robot file, or
+    "" for a family. `variation` is how much the arms differ from the chapter's arm. `convention` describes the arms,
+    and `twist_order` is the order of the two halves of a twist. `decimals` has the tolerance of each question that
+    accepts rounded decimals. `credit` has the rules for partial credit that the assignment sets for single questions.
+    `definitions` define the instructor's own questions that the slot asks.
     """
 
     name: str
@@ -259,7 +265,7 @@ class Slot:
 class Assignment:
     """An assignment, its roster and its secret; `notes` warn the staff about probable mistakes.
 
-    If roster.csv was exported by a platform, `gradebook` is that export. `replacements` lists the replaced problems.
+    If a platform has exported roster.csv, `class_list` is that export. `replacements` lists the replaced problems.
     """
 
     folder: Path
@@ -277,7 +283,7 @@ class Assignment:
     late_rule: LateRule | None = None
     attempt_policy: AttemptPolicy = field(default_factory=AttemptPolicy)
     sandbox: str = "best"
-    gradebook: Gradebook | None = None
+    class_list: PlatformClassList | None = None
     replacements: Replacements = field(default_factory=dict)
     front_page: FrontPage = field(default_factory=FrontPage)
     practice: bool = False
@@ -366,7 +372,7 @@ class Assignment:
 
     @property
     def secret_digest(self) -> str:
-        """A short hash that identifies the secret of a notebook without revealing the secret."""
+        """A short hash that shows with which assignment secret a notebook was made, without revealing the secret."""
         return _compute_short_hash(repr((self.secret, "mark", self.key)))
 
     def problems_digest_of(self, student: str) -> str:
@@ -401,12 +407,12 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     errors, roster_path = ErrorList(), folder / "roster.csv"
     file: TomlFile | None = None
     students: tuple[Student, ...] = ()
-    gradebook, secret, replacements = None, "", dict[tuple[str, str], Replacement]()
+    class_list, secret, replacements = None, "", dict[tuple[str, str], Replacement]()
     with errors.collect():
         file = read_toml(folder / ASSIGNMENT_FILE, _MISSING_FILE_HINT, float)
     with errors.collect():
         if roster_path.exists() or not is_preview:
-            students, gradebook = read_roster(roster_path), read_export(roster_path)
+            students, class_list = read_roster(roster_path), read_class_list(roster_path)
     with errors.collect():
         secret = read_secret(folder, PREVIEW_SECRET if is_preview else "")
     with errors.collect():
@@ -421,11 +427,12 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
         late_rule = None if has_wrong_due_date else _parse(file, ("late",), read_late_rule, content.late, content.due)
     with errors.collect():
         attempt_policy = _parse(file, ("attempts",), read_attempt_policy, content.attempts)
-    convention, content.convention = content.convention, None  # reset, so that a wrong one is reported only once
+    # Cleared until they are checked, so that the slots don't inherit a wrong value and report it again.
+    convention, content.convention = content.convention, None
+    twist_order, content.twist_order = content.twist_order, None
     with errors.collect():
         _parse(file, ("convention",), normalize_convention, convention or DEFAULT_CONVENTION)
         content.convention = convention
-    twist_order, content.twist_order = content.twist_order, None
     with errors.collect():
         _parse(file, ("twist_order",), normalize_twist_order, twist_order or DEFAULT_TWIST_ORDER)
         content.twist_order = twist_order
@@ -444,7 +451,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     return Assignment(
         folder, content.title, content.key, tuple(slots), students, secret,
         content.due, content.feedback, tuple(notes), Fraction(str(content.follow_through)),
-        content.hints, content.site, late_rule, attempt_policy, content.sandbox, gradebook, replacements, front_page,
+        content.hints, content.site, late_rule, attempt_policy, content.sandbox, class_list, replacements, front_page,
         content.practice,
     )  # fmt: skip
 
@@ -546,7 +553,8 @@ def _find_usable_content(file: TomlFile, errors: ErrorList) -> _UsableContent:
     with errors.collect():
         file.check_keys((), tuple(AssignmentFile.model_fields), ("title", "key", "problem"))
     problems, problem_keys = file.content.get("problem"), tuple(ProblemEntry.model_fields)
-    top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]  # [question.NAME] is a table
+    # Keys that may stand below a [[problem]] by mistake; `question` isn't one of them, because it is a table.
+    top_level_keys = [name for name in AssignmentFile.model_fields if name != "question"]
     for index, table in enumerate(problems if isinstance(problems, list) else []):
         if isinstance(table, dict) and isinstance(table.get("question"), dict):
             with errors.collect(), file.locate_errors("problem", index, "question"):
@@ -557,24 +565,25 @@ def _find_usable_content(file: TomlFile, errors: ErrorList) -> _UsableContent:
     try:
         return _UsableContent(AssignmentFile.model_validate(file.content), frozenset())
     except pydantic.ValidationError as error:
-        wrong_keys, wrong_problem_keys, unusable_problems = set[str | int](), set[tuple[int, str]](), set[int]()
-        for entry in error.errors():
-            location = entry["loc"]
+        # A problem can be checked without its droppable keys, but not without its other keys.
+        wrong_keys, droppable_keys, unusable_problems = set[str | int](), set[tuple[int, str]](), set[int]()
+        for validation_error in error.errors():
+            location = validation_error["loc"]
             key_path = location[:3] if location[0] == "problem" else location[:1]  # problem, index, key
             match key_path:
                 case "problem", int(index), str(key) if key in ("points", "difficulty", "decimals", "credit"):
-                    wrong_problem_keys.add((index, key))
+                    droppable_keys.add((index, key))
                 case "problem", int(index), *_:
                     unusable_problems.add(index)
                 case _:
                     wrong_keys.add(key_path[0])
-            if entry["type"] not in ("extra_forbidden", "missing"):  # check_keys has reported these
+            if validation_error["type"] not in ("extra_forbidden", "missing"):  # check_keys has reported these
                 with errors.collect(), file.locate_errors(*key_path):
                     raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"])) from None
     usable_content = {key: value for key, value in file.content.items() if key not in wrong_keys}
     entries = usable_content.get("problem", [{}])
     usable_content["problem"] = [
-        {} if i in unusable_problems else {k: value for k, value in entry.items() if (i, k) not in wrong_problem_keys}
+        {} if i in unusable_problems else {k: value for k, value in entry.items() if (i, k) not in droppable_keys}
         for i, entry in enumerate(entries)
     ]
     if "problem" in wrong_keys:
@@ -643,7 +652,8 @@ def _read_slot(
     with errors.collect():
         band = parse("difficulty", _read_band, entry.difficulty)
     errors.raise_all()
-    if not robot_digest:  # for a robot, "" stays, because it means the convention of the robot's file
+    # For a robot, the name stays. Normalised, the default would become "", which means the convention of its file.
+    if not robot_digest:
         convention = normalized_convention
     with errors.collect():
         twist_order = parse(
@@ -699,8 +709,8 @@ def check_definition_on_family(
 ) -> list[str]:  # fmt: skip
     """Check an instructor's question on one arm of a family, for example that its texts can be filled in.
 
-    Return warnings. Raise QdotError if a check fails, for example because a number is the same for all given values;
-    its message begins with the key.
+    Return warnings. Raise QdotError if a check fails, for example because the answer, a number, does not depend on the
+    given values; its message begins with the key.
     """
     try:
         generation.check_questions(family, (definition.name,), band, variation, convention, (definition,))
@@ -745,7 +755,7 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
     chosen_order = setting or default or ""
     normalized_order = normalize_twist_order(chosen_order) if chosen_order else ""
     if _has_twist_order(convention, family):
-        return chosen_order if family.robot_argument else normalized_order
+        return chosen_order if family.is_robot else normalized_order
     if setting is not None:
         raise QdotError(f"its arms are described by tables; {TWIST_ORDER_HINT}")
     return ""
@@ -754,9 +764,9 @@ def _choose_twist_order(setting: str | None, default: str | None, family: Family
 def _has_twist_order(convention: str, family: Family) -> bool:
     """Return whether arms are described by their axes, so that their twists have an order.
 
-    The convention "" means the default: the first convention of a family, or the convention in a robot's file.
+    The convention "" means the default: for a family, the default convention; for a robot, the convention in its file.
     """
-    default = DEFAULT_CONVENTION if family.textbook_arm is None else family.textbook_arm.convention
+    default = DEFAULT_CONVENTION if family.chapter_arm is None else family.chapter_arm.convention
     return bool(REGISTRY[convention or default].twist_orders)
 
 
@@ -802,7 +812,7 @@ def _read_band(difficulty: int | list[int] | None) -> tuple[int, int] | None:
     if difficulty is None:
         return None
     limits = [difficulty, difficulty] if isinstance(difficulty, int) else difficulty
-    if len(limits) != 2 or not 0 <= limits[0] <= limits[1] <= HARDEST_BAND:
+    if len(limits) != 2 or not 0 <= limits[0] <= limits[1] <= HARDEST_LEVEL:
         raise QdotError(EXPECTED_FORMS["difficulty"])
     return limits[0], limits[1]
 
@@ -828,9 +838,9 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
         due_date = None
         with errors.collect():
             due_date = _parse_due_date(location, cells.get("due", "").strip())
-        name, email = cells.get("name", "").strip(), get_cell(cells, "email")
-        last_name = cells.get(LAST_NAME_KEY) or get_cell(cells, "last name")
-        name = name or f"{get_cell(cells, 'first name')} {last_name}".strip()
+        name, email = cells.get("name", "").strip(), get_cell_under_any_name(cells, "email")
+        last_name = cells.get(LAST_NAME_KEY) or get_cell_under_any_name(cells, "last name")
+        name = name or f"{get_cell_under_any_name(cells, 'first name')} {last_name}".strip()
         students.append(Student(identifier, name, email, other_cells, due_date, last_name))
     errors.raise_all()
     if not students:
@@ -840,8 +850,8 @@ def read_roster(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> tuple[Stu
 
 def read_roster_table(path: Path, missing_hint: str = _MISSING_FILE_HINT) -> list[tuple[int, dict[str, str]]]:
     """Return the lines of a roster or an export: the number of each line, and its cells by column. Raises QdotError."""
-    gradebook = read_export(path)
-    return gradebook.roster_lines if gradebook else read_table(path, "student", "student,name,email", missing_hint)
+    class_list = read_class_list(path)
+    return class_list.roster_lines if class_list else read_table(path, "student", "student,name,email", missing_hint)
 
 
 def _parse_due_date(location: str, text: str) -> datetime.datetime | None:

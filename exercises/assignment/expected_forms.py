@@ -13,12 +13,12 @@ from qdot.exercises.common.errors import make_name_error
 from qdot.exercises.common.variation import DEFAULT_VARIATION, VARIATION_AXES, VARIATION_STEPS
 from qdot.exercises.problem.credit import CREDIT_ERROR
 from qdot.exercises.problem.rounding import ROUNDING_FORM
-from qdot.exercises.singularities.difficulty import HARDEST_BAND
+from qdot.exercises.singularities.difficulty import HARDEST_LEVEL
 
 FORMS_FILE = Path(__file__).with_name("expected_forms.toml")
 _TEXT = Template(FORMS_FILE.read_text(encoding="utf-8")).substitute(
     steps=", ".join(VARIATION_STEPS), axes=", ".join(VARIATION_AXES), default_variation=DEFAULT_VARIATION,
-    conventions=", ".join(CONVENTIONS), twist_orders=" or ".join(TWIST_ORDERS), hardest_band=HARDEST_BAND,
+    conventions=", ".join(CONVENTIONS), twist_orders=" or ".join(TWIST_ORDERS), hardest_level=HARDEST_LEVEL,
 )  # fmt: skip
 _FORMS: dict[str, dict[str, str]] = tomllib.loads(_TEXT)
 EXPECTED_FORMS = _FORMS["assignment"] | {"credit": CREDIT_ERROR, "decimals": ROUNDING_FORM}

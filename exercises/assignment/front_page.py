@@ -28,12 +28,12 @@ class Logo:
 
     @property
     def file_name(self) -> str:
-        """The name of the image beside an exported file."""
+        """The name under which the image is saved beside an exported file."""
         return f"logo.{self.extension}"
 
     @property
     def data_uri(self) -> str:
-        """The image as the address of an image in HTML."""
+        """The image as a data URI, for the `src` of an <img>."""
         return f"data:{IMAGE_TYPES[self.extension]};base64,{base64.b64encode(self.content).decode()}"
 
 

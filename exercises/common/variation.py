@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from qdot.exercises.common.errors import QdotError, make_name_error
 
 VARIATION_AXES = ("lengths", "zeros", "senses", "base", "tool", "task")
-"""The properties that may vary, in the order in which they are sampled; "senses" are the senses of the joint axes.
+"""The properties that may vary, in the order in which they are sampled.
 
+"zeros" are the joint offsets, and "senses" are the senses of the joint axes.
 `families.family` says which of them apply to a family."""
 
 VARIATION_STEPS: dict[str, tuple[str, ...]] = {

@@ -14,7 +14,7 @@ from qdot.exercises.exports.typed_numbers import DECIMALS_NOTE, list_accepted_te
 from qdot.exercises.writing.render import render
 
 FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
-"""The folder in which Canvas stores the files of a package."""
+"""Canvas's placeholder $IMS-CC-FILEBASE$ for the folder of a package's files, percent-encoded."""
 
 
 @dataclass(frozen=True)

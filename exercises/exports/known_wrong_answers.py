@@ -27,7 +27,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
 from qdot.exercises.questions.custom.definition import Definition
 from qdot.exercises.questions.custom.question import CustomDetails
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step
 from qdot.exercises.reference_answers import Answer, ConditionSet, Direction, Expression, Matrix, Number
 from qdot.exercises.short_questions import question_of, wrong_formulas
 from qdot.exercises.singularities import classification
@@ -46,7 +46,8 @@ MISTAKES_PER_ANSWER = 3
 MIN_DIFFERENCE = 3
 """Minimum difference of two wrong numbers, and of a wrong number from zero, as a multiple of the tolerance."""
 MAX_RATIO = 1e9
-"""Maximum ratio of a wrong number to the largest correct one. Larger numbers come from a division by a rounded zero."""
+"""Maximum ratio of a wrong number to the largest correct one. Larger numbers come from a division by a number that is
+zero except for rounding."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,7 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
     """Return at most `max_count` wrong answers to a part, each from a different mistake, likely mistakes first."""
     if part.answer.is_set:
         return tuple(_find_wrong_sets(problem, part))[:max_count]
-    if not comes_from_stages(part):
+    if not is_derived_step_by_step(part):
         return ()
     if part.answer.expected_units:
         return tuple(_find_wrong_numbers(problem, part, max_count))
@@ -90,7 +91,10 @@ def find_known_wrong_answers(problem: Problem, part: Part, max_count: int) -> tu
 
 
 def make_domain(problem: Problem) -> Domain:
-    """Return the domain of the symbols in reference answers, in which lengths with a value are already numbers."""
+    """Return the domain of the symbols in reference answers, without the lengths that have a value.
+
+    Reference answers contain the value instead.
+    """
     return Domain({name: role for name, role in problem.domain.roles.items() if isinstance(role, str)})
 
 
@@ -146,9 +150,9 @@ def _derive_wrong_formulas(question: _StructureQuestion, index: int) -> sp.Matri
     chain, part = question.chain, question.part
     if chain.n > wrong_formulas.MAX_JOINTS_FOR_MINORS and question_of(part).is_made_of_minors:
         return None  # the derivation would take minutes
-    mistakes = dict(_find_numeric_wrong_answers(question)[index].stages.changes)
+    changes = dict(_find_numeric_wrong_answers(question)[index].stages.changes)
     formulas = to_sympy_matrix(
-        compute_answer(wrong_formulas.derive_simplified_formulas(chain).with_mistakes(mistakes), part)
+        compute_answer(wrong_formulas.derive_simplified_formulas(chain).with_mistakes(changes), part)
     )
     if formulas.has(*wrong_formulas.NOT_A_NUMBER) or len(str(formulas.tolist())) > MAX_UNSIMPLIFIED_CHARACTERS:
         return None

@@ -24,7 +24,7 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import inversion
 from qdot.exercises.questions.exact_configurations import sample_unequal_lengths
-from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step, is_made_of_jacobian
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.singularities.classification import make_domain
 from qdot.exercises.writing.latex import tex, tex_angle, tex_length, tex_value
@@ -84,7 +84,7 @@ def ask_in_numbers(problem: Problem, part: Part) -> NumericPart | None:
     if answer.is_numeric:
         number_answer = _make_numeric_answer(part, answer.as_matrix()) if answer.is_direction else answer
         numeric_part = _convert_numeric_answer(problem, replace(part, answer=number_answer), answer.is_direction)
-    elif answer.list_entries() and comes_from_stages(part):
+    elif answer.list_entries() and is_derived_step_by_step(part):
         numeric_part = _evaluate_formulas(problem, part)
     return _scale_direction(numeric_part) if numeric_part and answer.is_direction else numeric_part
 
@@ -103,7 +103,7 @@ def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) ->
         for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken_answer.answer, Number)
     ]
-    if comes_from_stages(part):
+    if is_derived_step_by_step(part):
         roles: Mapping[str, Any] = make_domain(problem.chain).roles
         domain = Domain({**roles, **dict.fromkeys(part.symbols, "signed")})  # loads may be negative
         stream = Stream(f"{problem.id}/{part.name}/wrong")

@@ -16,13 +16,13 @@ class Family:
     """A family of arms.
 
     - `source`: the example or the equations in the chapter to which the family belongs.
-    - `textbook_arm`: the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base
+    - `chapter_arm`: the arm as drawn in the chapter. Its lengths are symbols, its joints have no offset, its base
       frame is the world frame, and its point of interest is the origin of a frame.
     - `variations`: the family's axes of variation; the keys are names in `common.variation`.
-    - `sample_structure`: for a family without a textbook arm, a function that samples an arm and its structure: the
-      kinds of the joints, their twists, and which lengths are zero. The arms of such a family differ in difficulty and
-      in the questions that apply to them. The arguments are a stream, the names of the axes of variation, a minimum and
-      a maximum difficulty, and a test that the arm must pass.
+    - `sample_structure`: for a family without an arm in the chapter, a function that samples an arm and its structure:
+      the kinds of the joints, their twists, and which lengths are zero. The arms of such a family differ in difficulty
+      and in the questions that apply to them. The arguments are a stream, the names of the axes of variation, a minimum
+      and a maximum difficulty, and a test that the arm must pass.
     - `robot_argument`: for the family of an instructor's robot, the argument of `qdot families`: the robot's file, or
       its name in the library.
     """
@@ -30,10 +30,15 @@ class Family:
     name: str
     title: str
     source: str
-    textbook_arm: Chain | None
+    chapter_arm: Chain | None
     variations: Mapping[str, Variation] = field(default_factory=dict, hash=False)
     sample_structure: Callable[..., Chain] | None = None
     robot_argument: str = ""
+
+    @property
+    def is_robot(self) -> bool:
+        """Whether this is the family of an instructor's robot."""
+        return bool(self.robot_argument)
 
     @property
     def has_varied_structure(self) -> bool:
@@ -47,7 +52,7 @@ class Family:
 
     def sample(self, rng: Stream, axes: Collection[str]) -> Chain:
         """Return a random arm that varies along some axes; each axis has its own stream of random numbers."""
-        chain = self.textbook_arm
+        chain = self.chapter_arm
         if chain is None:
             raise TypeError(f"{self.name} also chooses its structure at random")
         for name in self.variation_names:
@@ -62,7 +67,7 @@ def describe_variation(family: Family, variation: str) -> str:
     >>> describe_variation(Family("mine", "my arm", "mine.toml", None, robot_argument="mine.toml"), "zeros")
     'the same arm for all, as no length is chosen at random'
     """
-    if not family.robot_argument or set(family.variations) - set(list_variation_axes(variation)):
+    if not family.is_robot or set(family.variations) - set(list_variation_axes(variation)):
         return f"variation {variation}"
     no_variation = "the same arm for all, as no length is chosen at random"
     return "lengths in the ranges of [draw]" if family.variations else no_variation

@@ -15,7 +15,7 @@ class FamilyListing:
     """The properties of a family.
 
     - `kinds`: the kinds of the joints, such as RRP.
-    - `band_range`: the minimum and the maximum difficulty band (`singularities.difficulty`).
+    - `band_range`: the minimum and the maximum level of difficulty (`singularities.difficulty`).
     - `questions`: the names of the questions that apply to the family's arms.
     - `step_difficulties`: the difficulty at each step of variation; () if the family also samples structures.
     """
@@ -27,7 +27,7 @@ class FamilyListing:
 
     @property
     def difficulty(self) -> str:
-        """The range of difficulty bands as text, such as "1" or "1 to 2"."""
+        """The range of levels of difficulty as text, such as "1" or "1 to 2"."""
         return describe_band(*self.band_range)
 
 

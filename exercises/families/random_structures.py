@@ -32,11 +32,11 @@ from qdot.exercises.families.family import Family
 from qdot.exercises.families.structures import Structure, build_arm, group_clean_structures, is_clean
 from qdot.exercises.families.variations import ANGLES, RIGHT_ANGLES, SIGNED_LENGTHS
 from qdot.exercises.formula.program import evaluate
-from qdot.exercises.singularities.difficulty import HARDEST_BAND, describe_band, rate_difficulty_band
+from qdot.exercises.singularities.difficulty import HARDEST_LEVEL, describe_band, rate_difficulty_level
 from qdot.exercises.singularities.singular_set import find_singular_set
 
 Band = tuple[int, int]
-"""The minimum and the maximum difficulty band of an arm."""
+"""The minimum and the maximum level of difficulty of an arm."""
 ChainTest = Callable[[Chain], bool]
 """A function that returns whether an arm is acceptable."""
 Values = dict[sp.Symbol, sp.Rational]
@@ -59,17 +59,17 @@ LENGTHS = tuple(range(10, 100, 5))
 def _sample_structure(
     n: int, rng: Stream, axes: Collection[str], band: Band | None = None, is_acceptable: ChainTest | None = None
 ) -> Chain:
-    """Return a random arm of n joints that has a difficulty in the band and satisfies `is_acceptable`.
+    """Return a random arm of n joints whose level of difficulty is in the band and which satisfies `is_acceptable`.
 
     Raises QdotError if no arm is found.
     """
-    low, high = band or (0, HARDEST_BAND)
+    low, high = band or (0, HARDEST_LEVEL)
     classes = [*filter(None, (_select_near_band(structures, low, high) for structures in group_clean_structures(n)))]
     rejected_structures: set[Structure] = set()
     has_arm_in_band = False
     for index, structure in enumerate((_order_structures(classes, rng) * MAX_ARMS_PER_STRUCTURE)[:MAX_ARMS]):
         chain = None if structure in rejected_structures else _sample_arm(structure, rng.substream(str(index)), axes)
-        if chain is None or not low <= rate_difficulty_band(chain) <= high:
+        if chain is None or not low <= rate_difficulty_level(chain) <= high:
             continue
         has_arm_in_band = True
         if is_acceptable is None or is_acceptable(chain):
@@ -78,9 +78,9 @@ def _sample_structure(
     band_phrase = f"of difficulty {describe_band(low, high)}" if band else "of any difficulty"
     if has_arm_in_band:
         raise QdotError(f"random-{n} has no arm {band_phrase} to which all of these questions apply")
-    bands = [structure.band for structures in group_clean_structures(n) for structure in structures]
+    levels = [structure.level for structures in group_clean_structures(n) for structure in structures]
     raise QdotError(
-        f"random-{n} has no arm {band_phrase}; its arms are of difficulty {describe_band(min(bands), max(bands))}"
+        f"random-{n} has no arm {band_phrase}; its arms are of difficulty {describe_band(min(levels), max(levels))}"
     )
 
 
@@ -91,11 +91,11 @@ def _order_structures(classes: list[tuple[Structure, ...]], rng: Stream) -> list
 
 
 def _select_near_band(structures: tuple[Structure, ...], low: int, high: int) -> tuple[Structure, ...]:
-    """Return the structures whose arms may have a difficulty from `low` to `high`.
+    """Return the structures whose arms may have a level of difficulty from `low` to `high`.
 
     Joint offsets and a displaced base make an arm harder than its structure, and equal lengths make it easier.
     """
-    return tuple(structure for structure in structures if low - 2 <= structure.band <= high + 1)
+    return tuple(structure for structure in structures if low - 2 <= structure.level <= high + 1)
 
 
 def _sample_arm(structure: Structure, rng: Stream, axes: Collection[str]) -> Chain | None:

@@ -46,15 +46,15 @@ class StructureRow(HasKind):
 
 @dataclass(frozen=True)
 class Structure:
-    """A clean structure: its joints, its task, the difficulty band of its arm, and the number of its class."""
+    """A clean structure: its joints, its task, the level of difficulty of its arm, and the number of its class."""
 
     rows: tuple[StructureRow, ...]
     task: tuple[str, ...]
-    band: int
+    level: int
     class_number: int
 
     def __str__(self) -> str:
-        return f"{' '.join(map(str, self.rows))} | {' '.join(self.task)} | {self.band} | {self.class_number}"
+        return f"{' '.join(map(str, self.rows))} | {' '.join(self.task)} | {self.level} | {self.class_number}"
 
 
 def build_arm(
@@ -92,8 +92,8 @@ def read_clean_structures() -> dict[int, tuple[Structure, ...]]:
     """Return the clean structures in structures.txt by their number of joints."""
     structures: dict[int, list[Structure]] = {2: [], 3: [], 4: []}
     for line in STRUCTURES_FILE.read_text(encoding="utf-8").splitlines()[1:]:
-        rows, task, band, class_number = line.split(" | ")
-        structure = Structure(parse_rows(rows), tuple(task.split()), int(band), int(class_number))
+        rows, task, level, class_number = line.split(" | ")
+        structure = Structure(parse_rows(rows), tuple(task.split()), int(level), int(class_number))
         structures[len(structure.rows)].append(structure)
     return {n: tuple(structures_of_n) for n, structures_of_n in structures.items()}
 

@@ -57,7 +57,8 @@ class MistakeVariant:
 class MistakenAnswer:
     """The wrong answer that one variant of a mistake gives, for a part that is not derived step by step.
 
-    `answer` is an `Answer` with the wrong value in place of the correct one.
+    `answer` is an `Answer` with the wrong value in place of the correct one. For a part that is derived step by step,
+    there is `PredictedAnswer` instead.
     """
 
     answer: Answer

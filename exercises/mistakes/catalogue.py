@@ -28,7 +28,7 @@ from qdot.exercises.mistakes.base import Mistake, MistakenAnswer, MistakeVariant
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.language import FormulaError, find_names
 from qdot.exercises.questions.quantities import is_quantity
-from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step, is_made_of_jacobian
 
 VARIANTS = (
     position.VARIANTS | columns.VARIANTS | screws.VARIANTS | algebra.VARIANTS | table.VARIANTS | arrangement.VARIANTS
@@ -108,9 +108,10 @@ _POSITION_STAGES = frozenset({"table", "rotations", "local link vectors", "link 
 
 @dataclass(frozen=True)
 class PredictedAnswer:
-    """The wrong answer that a variant of a mistake gives, (rows, columns, …), and the derivation with this mistake.
+    """The wrong answer that a variant of a mistake gives to a part that is derived step by step, (rows, columns, …).
 
-    The entries are numbers, formula trees or SymPy expressions, as in `stages`.
+    `stages` is the derivation with this mistake. For other parts, there is `MistakenAnswer` instead. The entries are
+    numbers, formula trees or SymPy expressions, as in `stages`.
     """
 
     mistake: Mistake
@@ -189,7 +190,7 @@ def predict_wrong_answers(stages: StageResults, part: Part, is_precise: bool = F
 
     A part that is not derived step by step has no such answers.
     """
-    if comes_from_stages(part):
+    if is_derived_step_by_step(part):
         correct_answer = _compute_result(stages, part)
         for mistake in list_likely_mistakes(part, is_precise):
             yield from apply_mistake(mistake, stages, part, correct_answer)

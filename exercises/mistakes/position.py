@@ -1,8 +1,8 @@
 """Mistakes in the position of the point of interest P, which is the sum of the link vectors from the base to P.
 
 A run is a sequence of consecutive joints with parallel axes. The absolute angle of a link is the sum of the angles of
-the revolute joints in the run up to the link; its relative angle is only the last of these angles. Links and joints are
-counted from 0. The last link vector leads from the origin of P's frame to P.
+the revolute joints of its run, from the first joint to the link's own; its relative angle is only the last of these
+angles. Links and joints are counted from 0. The last link vector leads from the origin of P's frame to P.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,7 +30,10 @@ def find_first_joint_of_run(chain: Chain, link: int) -> int:
 
 
 def list_earlier_joints(chain: Chain, link: int) -> list[int]:
-    """Return the revolute joints of a run up to a link, except the last, whose angle is the link's relative angle."""
+    """Return the revolute joints whose angles the relative angle of a link leaves out.
+
+    These are the joints of its run up to its own joint, except the last.
+    """
     last_joint = min(link, chain.n - 1)
     run = range(find_first_joint_of_run(chain, link), last_joint + 1)
     return [i for i in run if chain.joints[i].is_revolute][:-1]
@@ -106,7 +109,7 @@ def _list_offset_choices(chain: Chain) -> tuple[bool, ...]:
 
 
 def _use_relative_angles(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield variants with relative instead of absolute angles in all links, or in all links and frames."""
+    """Yield variants with relative angles in all link vectors, or in these and in the rotations of all frames."""
 
     def change_rotations(
         stages: StageResults, correct_rotations: list[np.ndarray], keeps_offsets: bool
@@ -153,7 +156,7 @@ def _has_angle(chain: Chain, link: int) -> bool:
     return link < chain.n and chain.joints[link].is_revolute and chain.joints[link].a != 0
 
 
-def _swap_all_coordinates(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+def _generate_all_swapped(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """Yield the variant with sines and cosines exchanged in all links, if several links rotate."""
 
     def swap(stages: StageResults, links: LinkVectors) -> LinkVectors:
@@ -181,7 +184,7 @@ VARIANTS: dict[str, VariantGenerator] = {
     "relative-angle": _use_relative_angle,
     "all-relative-angles": _use_relative_angles,
     "sine-for-cosine": _vary_each_link(_swap_coordinates, _has_angle),
-    "all-sines-for-cosines": _swap_all_coordinates,
+    "all-sines-for-cosines": _generate_all_swapped,
     "link-subtracted": _vary_each_link(lambda stages, links, link: -links[link]),
     "link-left-out": _vary_each_link(
         lambda stages, links, k: links[k] * 0, lambda chain, _: len(list_nonzero_links(chain)) > 1

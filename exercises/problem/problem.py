@@ -35,8 +35,8 @@ class ProblemId:
     - `family` is a family of arms, such as planar-2r, and `seed` determines all random choices.
     - `questions` are the names of the questions; if there are none, the family's usual questions are asked.
     - `engine` is the version of the problem generator.
-    - `band` has the minimum and the maximum difficulty of the arm; None allows any difficulty.
-    - `variation` says how much the arm may differ from the arm of the textbook ("chapter" means not at all).
+    - `band` has the minimum and the maximum level of difficulty of the arm; None allows any level.
+    - `variation` says how much the arm may differ from the chapter's arm ("chapter" means not at all).
     - `convention` is the convention in which the arm is described (a DH table or screw axes), and `twist_order` is the
       order of the rows of its twists (omega-v or v-omega). Both are "" for the family's default.
 

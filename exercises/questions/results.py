@@ -15,7 +15,7 @@ from qdot.exercises.questions import find_question
 from qdot.exercises.reference_answers import Matrix
 
 
-def comes_from_stages(part: Part) -> bool:
+def is_derived_step_by_step(part: Part) -> bool:
     """Return whether the answer to a part is computed from the stages of a derivation."""
     return (question := find_question(part)) is not None and question.compute is not None
 

@@ -1,4 +1,4 @@
-"""Rate how hard an arm is to work through by hand: by a number (the difficulty) and a band from 0 to 4 (hardest)."""
+"""Rate how hard an arm is to work through by hand: by a number (the difficulty) and a level from 0 to 4 (hardest)."""
 
 from functools import lru_cache
 
@@ -9,11 +9,11 @@ from qdot.exercises.arm.trigonometry import count_written_terms
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.singularities.singular_set import find_singular_set
 
-BAND_MINIMUMS = (10, 16, 24, 34)
-"""The minimum difficulty of bands 1, 2, 3 and 4."""
+LEVEL_MINIMUMS = (10, 16, 24, 34)
+"""The minimum difficulty of levels 1, 2, 3 and 4."""
 
-HARDEST_BAND = len(BAND_MINIMUMS)
-"""The number of the band of the hardest arms."""
+HARDEST_LEVEL = len(LEVEL_MINIMUMS)
+"""The level of the hardest arms."""
 
 
 @lru_cache(maxsize=256)
@@ -23,8 +23,8 @@ def rate_difficulty(chain: Chain) -> int:
     - the number of terms of J;
     - 4 for each condition of the singular set (if J is square, each factor of det J that can vanish);
     - 8 more for each condition that involves several joints;
-    - 1 for each deviation from a textbook arm: an offset of a joint, a displaced base, a rotated base, and a point of
-      interest that is not an origin.
+    - 1 for each deviation from the chapter's arms: an offset of a joint, a displaced base, a rotated base, and a point
+      of interest that is not an origin.
 
     Example 6.3 has 15 + 8 + 8 = 31.
     """
@@ -55,20 +55,20 @@ def _is_multiplied_out(expression: sp.Expr) -> bool:
 
 
 def _count_deviations(chain: Chain) -> int:
-    """Return the number of deviations from a textbook arm, as listed in `rate_difficulty`."""
+    """Return the number of deviations from the chapter's arms, as listed in `rate_difficulty`."""
     base = chain.base
     is_rotated = base.yaw != 0 or base.tilt != 0
     return sum([*(offset != 0 for offset in chain.offsets), any(base.position), is_rotated, not chain.point.is_origin])
 
 
-def rate_difficulty_band(chain: Chain) -> int:
-    """Return the band of an arm's difficulty, which is the number of BAND_MINIMUMS that the difficulty reaches."""
+def rate_difficulty_level(chain: Chain) -> int:
+    """Return the level of an arm's difficulty, which is the number of LEVEL_MINIMUMS that the difficulty reaches."""
     # for a hard arm, the singular set is not needed; finding it may take a minute
-    if _count_jacobian_terms(chain) + _count_deviations(chain) >= BAND_MINIMUMS[-1]:
-        return HARDEST_BAND
-    return sum(rate_difficulty(chain) >= minimum for minimum in BAND_MINIMUMS)
+    if _count_jacobian_terms(chain) + _count_deviations(chain) >= LEVEL_MINIMUMS[-1]:
+        return HARDEST_LEVEL
+    return sum(rate_difficulty(chain) >= minimum for minimum in LEVEL_MINIMUMS)
 
 
 def describe_band(low: int, high: int) -> str:
-    """Describe a range of bands, such as "2" or "1 to 3"."""
+    """Describe a band, which is a range of levels, such as "2" or "1 to 3"."""
     return str(low) if low == high else f"{low} to {high}"

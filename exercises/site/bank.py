@@ -31,7 +31,7 @@ from qdot.exercises.figure.plane import is_drawn_flat
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.base import Question
 from qdot.exercises.short_questions import ALL_QUESTIONS
-from qdot.exercises.singularities.difficulty import rate_difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_level
 from qdot.exercises.site.bank_problem import BankProblem
 from qdot.exercises.site.record import (
     make_site_record,
@@ -93,7 +93,7 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
         return problem
     record = make_site_record(problem)
     entry = {
-        "family": bank_problem.family, "key": bank_problem.key, "difficulty": rate_difficulty_band(problem.chain),
+        "family": bank_problem.family, "key": bank_problem.key, "difficulty": rate_difficulty_level(problem.chain),
         "title": record["title"], "questions": [part.kind for part in problem.parts],
         "variation": problem.id.variation, **({"flat": True} if is_drawn_flat(problem.chain) else {}),
     }  # fmt: skip

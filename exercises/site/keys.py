@@ -52,7 +52,7 @@ from qdot.exercises.mistakes.formula_edits import edit_all_entries
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json
 from qdot.exercises.questions.custom.question import CustomDetails, DefinitionEvaluator
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step
 from qdot.exercises.reference_answers import Answer, AnswerVisitor, ConditionSet, Direction, Letters, Number
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.short_questions.single_configuration import RateDetails
@@ -237,7 +237,7 @@ def make_values_key(texts: Sequence[str], shape: tuple[int, int], domain: Domain
 
 def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValues) -> Iterator[Json]:
     """Yield the records of the known mistakes that lead to different wrong answers in formulas."""
-    if not comes_from_stages(part):
+    if not is_derived_step_by_step(part):
         return
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items()}
     is_direction = part.answer.is_direction
@@ -431,8 +431,8 @@ def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarra
 
     The question is the part itself, or the chapter's question from which it follows; None if there is no such question.
     """
-    if comes_from_stages(part) or part.kind not in _CHAPTER_QUESTIONS:
-        return (part if comes_from_stages(part) else None), _take_first_values
+    if is_derived_step_by_step(part) or part.kind not in _CHAPTER_QUESTIONS:
+        return (part if is_derived_step_by_step(part) else None), _take_first_values
     kind, extract_numbers = _CHAPTER_QUESTIONS[part.kind]
     return replace(part, kind=kind), extract_numbers
 

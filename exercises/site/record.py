@@ -24,7 +24,7 @@ from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.problem.record import Json, make_arm_json
 from qdot.exercises.questions.inversion import list_table_lengths
 from qdot.exercises.short_questions import question_of
-from qdot.exercises.singularities.difficulty import rate_difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_level
 from qdot.exercises.site.keys import make_key
 from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.custom_texts import translate_title
@@ -86,7 +86,7 @@ def _make_record(problem: Problem, keys: Sequence[Json]) -> Json:
     parts = [_make_part_record(problem, part) | {"key": key} for part, key in zip(problem.parts, keys, strict=True)]
     return {
         "id": str(problem.id), "family": problem.id.family, "title": problem.title,
-        "difficulty": rate_difficulty_band(chain), "statement": to_html(statement), "figure": draw_figure_svg(chain),
+        "difficulty": rate_difficulty_level(chain), "statement": to_html(statement), "figure": draw_figure_svg(chain),
         "alt": describe_figure(chain), **make_arm_record(problem), "parts": parts,
     }  # fmt: skip
 

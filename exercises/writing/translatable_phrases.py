@@ -10,7 +10,7 @@ from qdot.exercises.families import FAMILIES
 
 ARMS = (
     "arm",  # of an arm without a name
-    *dict.fromkeys(family.textbook_arm.title for family in FAMILIES.values() if family.textbook_arm is not None),
+    *dict.fromkeys(family.chapter_arm.title for family in FAMILIES.values() if family.chapter_arm is not None),
     "{kinds} arm",
     "{name}",
 )

@@ -74,7 +74,7 @@ def describe_family(family: Family, convention: str = "") -> str:
         lines += ["", f"not applicable{' to arms such as this one' if family.has_varied_structure else ''}"]
     for reason, names in names_by_reason.items():
         lines += _wrap("  ", f"{', '.join(names)}: {reason}")
-    if family.robot_argument:
+    if family.is_robot:
         solve_command = f"qdot solve {family.robot_argument}"
         advice = f"To use it, set robot in assignment.toml. Everything derived for it: {solve_command}"
     else:

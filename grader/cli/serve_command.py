@@ -338,8 +338,8 @@ def register(
     from qdot.grader.serve.lti import registering
 
     if client_id:
-        answers = registering.PlatformAnswers(site, client_id, issuer, auth_url, token_url, keys_url)
-        registering.finish_registration(platform, answers)
+        copied_values = registering.CopiedValues(site, client_id, issuer, auth_url, token_url, keys_url)
+        registering.finish_registration(platform, copied_values)
         print_result(f"{site} is registered; open qdot in a course as its teacher")
     else:
         command = _write_command("register", folders, database, url)

@@ -22,7 +22,7 @@ from qdot.exercises.formula.set_parser import parse_typed_set
 from qdot.exercises.formula.trees import Node, ParseError, find_names
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import comes_from_stages, compute_answer, solves_equations
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step, solves_equations
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.grader.diagnosis.numbers import normalize
 from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
@@ -63,7 +63,7 @@ def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str 
         remark = _advise_on_set(problem, part, parsed_answer, seed)
     elif parsed_answer.rows is None or any(parsed_answer.is_blank):
         remark = None
-    elif comes_from_stages(part):
+    elif is_derived_step_by_step(part):
         remark = _advise_on_formulas(problem, part, parsed_answer, seed)
     else:
         remark = _advise_on_numbers(part, parsed_answer) if part.type == "number" else None

@@ -13,7 +13,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, ParseError, count_decimal_digits
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import comes_from_stages, compute_answer, is_made_of_jacobian
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step, is_made_of_jacobian
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE, NumericAnswer, Tolerances
 from qdot.grader.judging.answer_parser import FunctionValues, ParsedAnswer
 
@@ -92,7 +92,7 @@ class WrongAnswer:
 
 def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
     """Evaluate an answer at configurations; return None if the part isn't derived or the answer has no values."""
-    if not comes_from_stages(part):
+    if not is_derived_step_by_step(part):
         return None
     if parsed_answer.table is not None:
         return _evaluate_function(problem, part, parsed_answer.table)

@@ -91,7 +91,7 @@ def make_brief(assignment: Assignment, limits: Limits) -> WorkerBrief:
     seed_numbers = sorted((*student_and_slot, problem.seed_number) for student_and_slot, problem in replacements)
     settings = assignment.notebook_digest, assignment.marking_digest, assignment.secret, assignment.sandbox
     digest = hashlib.sha256(repr((*settings, limits, roster, seed_numbers)).encode()).hexdigest()
-    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=(), gradebook=None)
+    anonymous_assignment = replace(assignment, folder=Path(), roster=roster, notes=(), class_list=None)
     return WorkerBrief(digest, compute_code_digest(), anonymous_assignment, limits)
 
 

@@ -20,7 +20,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.formula.trees import Node, find_names
 from qdot.exercises.generation import sample_chain
 from qdot.exercises.problem.problem import Part, Problem
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step
 
 SAMPLE_COUNT = 2
 """Number of configurations at which answers are evaluated."""
@@ -46,7 +46,7 @@ class ClassAnswers:
 
         `rows` are the formulas of the answer, in rows and columns.
         """
-        if not comes_from_stages(part):
+        if not is_derived_step_by_step(part):
             return False
         fingerprints = self.find_fingerprints(slot_name, part)
         entries = [entry for row in rows for entry in row]
@@ -62,7 +62,7 @@ class ClassAnswers:
     def find_fingerprints(self, slot_name: str, part: Part) -> Set[bytes]:
         """Return the fingerprints of the correct answers to a part; empty if they can't be computed from the arm."""
         key = (slot_name, part.kind)
-        if key not in self._fingerprints and comes_from_stages(part):
+        if key not in self._fingerprints and is_derived_step_by_step(part):
             slot = next(slot for slot in self._assignment.slots if slot.name == slot_name)
             self._fingerprints[key] = {self._compute_fingerprint(chain, part) for chain in self._generate_chains(slot)}
         return self._fingerprints.get(key, frozenset())

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Student, read_roster, read_roster_table
-from qdot.exercises.assignment.gradebook import normalize_identifier
+from qdot.exercises.assignment.class_list import normalize_identifier
 from qdot.exercises.assignment.handout import INDEX_FILE
 from qdot.exercises.assignment.release import ONLINE_FOLDER
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE

@@ -113,9 +113,10 @@ def _append_to_history(path: Path, old_result: object, reason: str) -> None:
 
 
 def _clear_versions_and_times(result: Result) -> Result:
-    """Return a result as results.jsonl stores it, without versions and times, whose changes don't matter to anybody.
+    """Return a result as if read from results.jsonl, without versions and times.
 
-    If a submission is late, the field `late` still contains its time.
+    If only these differ, there is no reason to store the result. If a submission is late, the field `late` still
+    contains its time.
     """
     attempts = tuple(replace(attempt, received=None) for attempt in result.attempts)
     submission = None if result.submission is None else replace(result.submission, received=None)
@@ -133,10 +134,10 @@ def describe_reasons(old_result: Result, new_result: Result | None) -> str:
     reasons = _find_grading_reasons(old_result, new_result)
     if old_result.overrides != new_result.overrides:
         reasons.append("override")
-    runs = (old_result, new_result)
-    old_time, new_time = (result.submission and result.submission.received for result in runs)
-    old_rule, new_rule = (result.late and (result.late.due, result.late.penalty) for result in runs)
-    if old_time == new_time and old_rule != new_rule:
+    results = (old_result, new_result)
+    old_time, new_time = (result.submission and result.submission.received for result in results)
+    old_deduction, new_deduction = (result.late and (result.late.due, result.late.penalty) for result in results)
+    if old_time == new_time and old_deduction != new_deduction:
         reasons.append("late rule")
     elif old_time != new_time and old_result.late != new_result.late and not reasons:
         reasons.append("received at another time")
@@ -148,8 +149,8 @@ def _find_grading_reasons(old_result: Result, new_result: Result) -> list[str]:
     reasons = []
     old_versions, new_versions = old_result.made_from, new_result.made_from
     submission = new_result.submission
-    runs = (old_result, new_result)
-    old_file, new_file = ((result.file, result.submission and result.submission.sha256) for result in runs)
+    results = (old_result, new_result)
+    old_file, new_file = ((result.file, result.submission and result.submission.sha256) for result in results)
     if old_file != new_file:
         earlier_attempts = [(attempt.file, attempt.received) for attempt in old_result.attempts]
         if submission is None:

@@ -10,9 +10,16 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from qdot.exercises.assignment import gradebook
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.gradebook import MOODLE_COLUMNS, MOODLE_KEYS, POINTS_ROW_MARKER, Gradebook
+from qdot.exercises.assignment.class_list import (
+    CANVAS,
+    MOODLE,
+    MOODLE_COLUMNS,
+    MOODLE_KEYS,
+    POINTS_ROW_MARKER,
+    PlatformClassList,
+    find_column,
+)
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.input_file import format_csv
 from qdot.grader.grading.result import Result
@@ -62,9 +69,9 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         rule = f"Canvas ignores columns whose title contains {phrase!r}"
         raise QdotError(f"canvas: {rule}; change the assignment's title")
     points = format_points(results[0].max_score)
-    book = assignment.gradebook
-    if book is not None and book.platform == gradebook.CANVAS:
-        header, students = _identify_by_export(book, title, points)
+    class_list = assignment.class_list
+    if class_list is not None and class_list.platform == CANVAS:
+        header, students = _identify_by_export(class_list, title, points)
     else:
         header, students = _identify_by_roster(assignment.roster, title)
     rows = [header, [f"    {POINTS_ROW_MARKER}", *[""] * (len(header) - 2), points]]
@@ -83,20 +90,23 @@ class CanvasStudent(NamedTuple):
     previous_mark: str
 
 
-def _identify_by_export(book: Gradebook, title: str, points: str) -> tuple[list[str], dict[str, CanvasStudent]]:
+def _identify_by_export(
+    class_list: PlatformClassList, title: str, points: str
+) -> tuple[list[str], dict[str, CanvasStudent]]:
     """Return the header of the table, and the cells that identify its students, from Canvas's export."""
-    column, count = _find_column(book, title), book.identity_column_count
-    marks = {name: "" if column is None else row[column] for name, row in book.rows_by_student.items()}
-    students = {name: CanvasStudent(book.rows_by_student[name][:count], mark) for name, mark in marks.items()}
+    column, count = _find_column(class_list, title), class_list.identity_column_count
+    marks = {name: "" if column is None else row[column] for name, row in class_list.rows_by_student.items()}
+    students = {name: CanvasStudent(class_list.rows_by_student[name][:count], mark) for name, mark in marks.items()}
     if column is None:
-        return [*book.header[:count], title], students
-    canvas_points = book.points_row[column] if book.points_row else ""
+        return [*class_list.header[:count], title], students
+    canvas_column = class_list.header[column]
+    canvas_points = class_list.points_row[column] if class_list.points_row else ""
     if _parse_number(canvas_points) not in (None, _parse_number(points)):
         raise QdotError(
-            f"canvas: {book.header[column]!r} has {canvas_points} points in Canvas, but {points} in qdot; change one "
+            f"canvas: {canvas_column!r} has {canvas_points} points in Canvas, but {points} in qdot; change one "
             "of them (`points` in assignment.toml sets qdot's)"
         )
-    return [*book.header[:count], book.header[column]], students
+    return [*class_list.header[:count], canvas_column], students
 
 
 def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str], dict[str, CanvasStudent]]:
@@ -114,14 +124,14 @@ def _identify_by_roster(roster: Sequence[Student], title: str) -> tuple[list[str
     return ["Student", *CANVAS_COLUMNS, title], students
 
 
-def _find_column(book: Gradebook, title: str) -> int | None:
+def _find_column(class_list: PlatformClassList, title: str) -> int | None:
     """Return the index of this assignment's column in Canvas's export; None if there is none. Raises QdotError.
 
     The name of the column is the assignment's title, followed by a number in parentheses.
     """
     pattern = re.compile(rf"{re.escape(title)}( \(\d+\))?", re.IGNORECASE)
-    candidates = range(book.identity_column_count, len(book.header))
-    columns = [index for index in candidates if pattern.fullmatch(book.header[index])]
+    candidates = range(class_list.identity_column_count, len(class_list.header))
+    columns = [index for index in candidates if pattern.fullmatch(class_list.header[index])]
     if len(columns) > 1:
         raise QdotError(f"canvas: Canvas has {len(columns)} assignments called {title!r}; choose a unique title")
     return columns[0] if columns else None
@@ -157,12 +167,12 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
 
 def _list_identifying_columns(assignment: Assignment) -> list[tuple[str, list[str]]]:
     """Return the titles and cells of the columns that identify students for Moodle; names for people come first."""
-    roster, book = assignment.roster, assignment.gradebook
-    if book is not None and book.platform == gradebook.MOODLE:
-        column_indices = [gradebook.find_column(book.header, names) for names in MOODLE_COLUMNS.values()]
+    roster, class_list = assignment.roster, assignment.class_list
+    if class_list is not None and class_list.platform == MOODLE:
+        column_indices = [find_column(class_list.header, names) for names in MOODLE_COLUMNS.values()]
         indices = [index for index in column_indices if index is not None]
-        rows = [book.rows_by_student[student.id] for student in roster]
-        columns = [(book.header[index], [row[index] for row in rows]) for index in indices]
+        rows = [class_list.rows_by_student[student.id] for student in roster]
+        columns = [(class_list.header[index], [row[index] for row in rows]) for index in indices]
         names, keys = columns[:2], columns[2:]  # MOODLE_COLUMNS begins with the first name and the last name
     else:
         names, keys = [("Name", [student.name for student in roster])], list(_list_keys_of_roster(roster))

@@ -15,7 +15,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.common.errors import count_noun
-from qdot.exercises.singularities.difficulty import rate_difficulty_band
+from qdot.exercises.singularities.difficulty import rate_difficulty_level
 from qdot.grader.statistics.class_statistics import compute_permutation_p_value, correct_by_holm
 
 MIN_GROUP_SIZE = 3
@@ -100,7 +100,7 @@ SCREW_FEATURES: Features = {
     "senses of the axes": _describe_axis_senses,
 }
 """Features in which arms described by their axes, which have no frames, may differ."""
-STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {rate_difficulty_band(chain)}"}
+STRUCTURE_FEATURES: Features = {"difficulty": lambda chain: f"difficulty {rate_difficulty_level(chain)}"}
 """Features in which arms differ only if their family samples the structure, too; they take time to compute."""
 
 

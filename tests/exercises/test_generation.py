@@ -30,12 +30,12 @@ from qdot.exercises.problem.record import compute_digests
 from qdot.exercises.questions import QUESTIONS, screws
 from qdot.exercises.reference_answers import Choice
 from qdot.exercises.singularities.difficulty import (
-    BAND_MINIMUMS,
-    HARDEST_BAND,
+    HARDEST_LEVEL,
+    LEVEL_MINIMUMS,
     _count_jacobian_terms,
     _is_multiplied_out,
     rate_difficulty,
-    rate_difficulty_band,
+    rate_difficulty_level,
 )
 from tests.support import read_cases
 from tests.support.problems import get_problem, sample_parts
@@ -207,9 +207,9 @@ def test_a_class_has_different_answers(family: str) -> None:
 def test_the_step_of_an_arm_of_many_terms_needs_no_singular_set(monkeypatch: pytest.MonkeyPatch) -> None:
     """Which takes a minute for arms of seven joints with offsets, and could only raise the highest step."""
     arm = sample_chain(ProblemId("puma-560", 3, variation="full"))
-    assert rate_difficulty(arm) >= BAND_MINIMUMS[-1]
+    assert rate_difficulty(arm) >= LEVEL_MINIMUMS[-1]
     monkeypatch.setattr("qdot.exercises.singularities.difficulty.find_singular_set", None)  # called, it fails
-    assert rate_difficulty_band(arm) == HARDEST_BAND
+    assert rate_difficulty_level(arm) == HARDEST_LEVEL
 
 
 def test_terms_are_counted_as_if_all_were_multiplied_out(family: str) -> None:

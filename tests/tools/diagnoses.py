@@ -39,7 +39,7 @@ from qdot.exercises.mistakes.catalogue import (
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step
 from qdot.exercises.reference_answers import Choice, ConditionSet, Direction, Expression, Matching, Number, Selection
 from qdot.grader.diagnosis.numbers import is_distinctive
 from qdot.grader.judging.judge import judge
@@ -78,7 +78,9 @@ def make_wrong_answers(
         for mistake, mistaken in generate_mistaken_answers(problem.chain, part)
         if mistake.name in mistakes
     ]
-    if comes_from_stages(part) and (part.kind != "lost-direction" or _is_numeric(part)):  # which is derived in numbers
+    if is_derived_step_by_step(part) and (
+        part.kind != "lost-direction" or _is_numeric(part)
+    ):  # which is derived in numbers
         values = sample_configurations(problem.chain, part, problem.domain, 3, Stream("answers"))
         numeric = compute_numeric_stages(problem.chain, values)
         correct_answer, is_direction = compute_answer(numeric, part), isinstance(part.answer, Direction)

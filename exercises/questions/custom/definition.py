@@ -71,15 +71,15 @@ class Texts:
 
 @dataclass(frozen=True)
 class Definition:
-    """A custom question. `answer` is a formula, TEXT_ANSWER, or "" if the question has options.
+    """The definition of an instructor's own question.
 
-    `rows` are the LaTeX names of the entries of a vector. For a vector of three, they may be the names of only those
-    components that are asked for, such as v_x and v_y. `units` has symbols that the arm does not have, such as the mass
-    of a load, with their units. `unit` and `rounding` belong to numbers, which need three significant digits by
-    default. `unit` is one unit for all entries, or one for each, separated by commas. If `is_up_to_factor`, every
-    nonzero multiple of a vector is correct, too. `texts` has the texts in each language; languages other than the first
-    may lack some. `locations` maps each key to a text with its file, line and key, for messages. A key in a table has a
-    dot, as in given.m.
+    `answer` is a formula, TEXT_ANSWER, or "" if the question has options. `rows` are the LaTeX names of the entries of
+    a vector. For a vector of three, they may be the names of only those components that are asked for, such as v_x and
+    v_y. `units` has symbols that the arm does not have, such as the mass of a load, with their units. `unit` and
+    `rounding` belong to numbers, which need three significant digits by default. `unit` is one unit for all entries, or
+    one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is correct, too. `texts`
+    has the texts in each language; languages other than the first may lack some. `locations` maps each key to a text
+    with its file, line and key, for messages. A key in a table has a dot, as in given.m.
     """
 
     name: str

@@ -1,8 +1,9 @@
 """Register a platform, by hand or dynamically, and connect its courses.
 
-A registration begins on this machine: `qdot serve register` stores the platform's address, and prints qdot's. The
-platform finishes it at the address /lti/register/UUID, which works once, or a person enters the client ID. Until then
-it has no issuer, and nobody can sign in through it. So nobody can register a platform of their own.
+A registration begins on this machine: `qdot serve register` stores the platform's address, and prints the addresses of
+qdot that the platform needs. The platform finishes it at the address /lti/register/UUID, which works once, or a person
+enters the client ID. Until then it has no issuer, and nobody can sign in through it. As a registration begins on this
+machine, an outsider can't register a platform.
 """
 
 import datetime
@@ -35,7 +36,7 @@ LIFETIME = datetime.timedelta(days=7)
 
 
 @dataclass(frozen=True)
-class PlatformAnswers:
+class CopiedValues:
     """What a person copies from the platform: its address, the client ID, and addresses that differ from the usual."""
 
     site: str = ""
@@ -68,31 +69,31 @@ def describe_registration_steps(platform_name: str, registration: LtiRegistratio
     """Return which addresses to paste where, and the command that finishes the registration."""
     platform, url = PLATFORMS[platform_name], find_options().url
     address = f"{url}/lti/register/{registration.uuid}"
-    dynamic = f"Registration address (works once, for {LIFETIME.days} days):\n  {address}\n\n"
+    dynamic_text = f"Registration address (works once, for {LIFETIME.days} days):\n  {address}\n\n"
     lines = [
         ("Tool address, and target of deep linking", f"{url}/"),
         ("Login (OIDC initiation)", f"{url}/lti/login/{registration.uuid}"),
         ("Redirect", f"{url}/lti/launch"),
         ("Public keys (JWKS)", f"{url}/lti/keys"),
     ]
-    table = "".join(f"  {label + ':':42}{address}\n" for label, address in lines)
+    table = "".join(f"  {label + ':':42}{value}\n" for label, value in lines)
     finish_command = f"{command} --platform {platform_name} --site {registration.name} --client-id ID"
     return (
-        f"{platform.title}: {platform.steps}\n\n{dynamic if platform.is_dynamic else ''}By hand:\n{table}\n"
+        f"{platform.title}: {platform.steps}\n\n{dynamic_text if platform.is_dynamic else ''}By hand:\n{table}\n"
         f"Then, with the client ID that {platform.title} shows:\n  {finish_command}\n"
     )
 
 
-def finish_registration(platform_name: str, answers: PlatformAnswers) -> LtiRegistration:
+def finish_registration(platform_name: str, copied_values: CopiedValues) -> LtiRegistration:
     """Finish the registration that was begun for a platform. Raises QdotError if none was begun."""
-    platform, site = _find_platform(platform_name), _check_address("--site", answers.site)
+    platform, site = _find_platform(platform_name), _check_address("--site", copied_values.site)
     registration = LtiRegistration.objects.filter(name=site).order_by("datetime_created").last()
     if registration is None:
         raise QdotError(f"no registration has begun for {site}; run this command without --client-id first")
     templates = {name: getattr(platform, name) for name in ("issuer", "auth_url", "token_url", "keys_url")}
-    fill = {"site": site, "client_id": answers.client_id}
-    values = {name: getattr(answers, name) or text.format(**fill) for name, text in templates.items()}
-    return _activate(registration, answers.client_id, platform.audience, values)
+    fill = {"site": site, "client_id": copied_values.client_id}
+    values = {name: getattr(copied_values, name) or text.format(**fill) for name, text in templates.items()}
+    return _activate(registration, copied_values.client_id, platform.audience, values)
 
 
 def connect_course(classroom: Classroom) -> None:
@@ -114,7 +115,7 @@ def _activate(registration: LtiRegistration, client_id: str, audience: str, valu
     others = LtiRegistration.objects.filter(issuer=registration.issuer, client_id=client_id).exclude(pk=registration.pk)
     if not registration.issuer or not client_id or others.exists():
         raise QdotError(
-            f"issuer {registration.issuer!r}, client ID {client_id!r}: expected ones that are not registered yet"
+            f"issuer {registration.issuer!r}, client ID {client_id!r}: give both; the pair must not be registered yet"
         )
     registration.save()
     return registration
@@ -144,24 +145,24 @@ def _check_server(name: str, address: str, registration: LtiRegistration) -> str
 
 @require_GET
 def register_dynamically(request: HttpRequest, uuid: UUID) -> HttpResponse:
-    """Register the platform whose administrator opened the registration address there (LTI Dynamic Registration)."""
+    """Register the platform in which an administrator entered the registration address (LTI Dynamic Registration)."""
     begun = LtiRegistration.objects.filter(issuer="", datetime_created__gt=timezone.now() - LIFETIME)
     registration = get_object_or_404(begun, uuid=uuid)
     session = PlatformSession()
     try:
         address = _check_server("openid_configuration", request.GET.get("openid_configuration", ""), registration)
-        answer = session.get(address, allow_redirects=False)
-        answer.raise_for_status()
-        configuration: dict[str, Any] = answer.json()
+        response = session.get(address, allow_redirects=False)
+        response.raise_for_status()
+        configuration: dict[str, Any] = response.json()
         token = request.GET.get("registration_token")
         headers = {"Authorization": f"Bearer {token}"} if token else {}
         endpoint = _check_server("registration_endpoint", configuration["registration_endpoint"], registration)
-        answer = session.post(endpoint, json=describe_tool(registration), headers=headers, allow_redirects=False)
-        answer.raise_for_status()
+        response = session.post(endpoint, json=describe_tool(registration), headers=headers, allow_redirects=False)
+        response.raise_for_status()
         names = {"auth_url": "authorization_endpoint", "token_url": "token_endpoint", "keys_url": "jwks_uri"}
         values = {"issuer": configuration["issuer"], **{name: configuration[key] for name, key in names.items()}}
         audience = configuration.get("authorization_server") or ""
-        _activate(registration, str(answer.json()["client_id"]), audience, values)
+        _activate(registration, str(response.json()["client_id"]), audience, values)
     except PLATFORM_ERRORS as error:
         logger.warning("a registration failed: %s", escape_controls(str(error))[:300])
         raise Refused(400, "The registration failed; the log of the service says why.") from error

@@ -39,7 +39,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate, list_questions_of_family
 from qdot.exercises.problem.problem import Problem, ProblemId
 from qdot.exercises.problem.record import compute_digests
-from qdot.exercises.questions.results import comes_from_stages
+from qdot.exercises.questions.results import is_derived_step_by_step
 from qdot.exercises.reference_answers import Number
 from qdot.exercises.robots.library import ROBOT_FOLDER
 from qdot.exercises.verify.certificate import certify
@@ -210,7 +210,7 @@ def test_numeric_answers_are_unchanged_and_mistakes_differ(family: str) -> None:
         assert numeric is not None and isinstance(part.answer, Number), part.name
         right = np.array(part.answer.reference.tolist(), dtype=float)
         assert np.array_equal(numeric.values, right), part.name
-        assert numeric.wrong_answers or not comes_from_stages(part), part.name
+        assert numeric.wrong_answers or not is_derived_step_by_step(part), part.name
         for sentence, values in numeric.wrong_answers:
             assert values.shape != right.shape or not np.array_equal(values, right), sentence
 

@@ -30,7 +30,7 @@ from qdot.exercises.families.structures import (
 from qdot.exercises.generation import generate, list_applicable_questions, list_questions_of_family, sample_chain
 from qdot.exercises.problem.problem import ProblemId
 from qdot.exercises.questions import QUESTIONS
-from qdot.exercises.singularities.difficulty import HARDEST_BAND, rate_difficulty, rate_difficulty_band
+from qdot.exercises.singularities.difficulty import HARDEST_LEVEL, rate_difficulty, rate_difficulty_level
 from qdot.exercises.singularities.singular_set import find_singular_set
 from qdot.grader.grading.certify import find_failures
 from tests.support.problems import fold_tool_into_table
@@ -64,7 +64,7 @@ def test_the_chapters_arm_is_plain(family: str) -> None:
         lengths = [joint.a for joint in arm.joints] + [joint.d for joint in arm.joints]
         assert all(length == 0 or length.is_Symbol for length in lengths)
         assert not any(arm.offsets) or family == "wrist-rpy"
-        assert family not in FIXED or arm == FAMILIES[family].textbook_arm
+        assert family not in FIXED or arm == FAMILIES[family].chapter_arm
     assert FAMILIES[family].name == family and FAMILIES[family].title and FAMILIES[family].source
 
 
@@ -135,7 +135,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
 ) -> None:
     some = arms(family, variation)[:DERIVED]
     assert {list_applicable_questions(arm) for arm in some} == {list_questions_of_family(family)}
-    steps = [rate_difficulty_band(arm) for arm in some]
+    steps = [rate_difficulty_level(arm) for arm in some]
     assert max(steps) - min(steps) <= 1
 
 
@@ -149,7 +149,7 @@ def test_arms_of_a_family_are_asked_the_same_and_differ_in_difficulty_by_a_step_
 )  # fmt: skip
 def test_the_scale_of_difficulty(identity: str, expected: tuple[int, int]) -> None:
     arm = sample_chain(ProblemId.parse(identity))
-    assert (rate_difficulty(arm), rate_difficulty_band(arm)) == expected
+    assert (rate_difficulty(arm), rate_difficulty_level(arm)) == expected
 
 
 @on_families(FIXED)
@@ -196,7 +196,7 @@ def test_answers_differ(family: str) -> None:
 def test_structures_of_the_table_are_clean_and_as_difficult_as_it_says(n: int, each: int) -> None:
     for structure in islice(read_clean_structures()[n], 0, None, each):
         chain = build_arm(structure.rows, structure.task)
-        assert is_clean(chain) and rate_difficulty_band(chain) == structure.band, structure
+        assert is_clean(chain) and rate_difficulty_level(chain) == structure.level, structure
 
 
 @pytest.mark.parametrize("code", ["Rdx Rax Ra", "Rax Rx Rax Ra"])
@@ -281,7 +281,7 @@ def test_every_arm_is_clean_and_all_its_conditions_can_hold(family: str, seeds: 
 @pytest.mark.parametrize("band", [(0, 0), (1, 2)])
 def test_a_band_of_difficulty_is_kept(band: tuple[int, int]) -> None:
     for seed in range(6):
-        assert band[0] <= rate_difficulty_band(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
+        assert band[0] <= rate_difficulty_level(sample_chain(ProblemId("random-3", seed, band=band))) <= band[1]
 
 
 def test_only_arms_to_which_all_questions_apply_are_drawn() -> None:
@@ -305,11 +305,11 @@ def test_what_no_arm_can_be_asked_is_said(identity: ProblemId, said: str) -> Non
 
 
 COUNTS = {2: [23, 11, 7, 0, 0], 3: [51, 110, 65, 33, 0], 4: [80, 445, 142, 0, 0]}
-"""The numbers of clean structures by number of joints and band of difficulty."""
+"""The numbers of clean structures by number of joints and level of difficulty."""
 
 
 @pytest.mark.parametrize(("n", "classes"), [(2, 16), (3, 63), (4, 46)])
 def test_structures_and_classes_are_counted(n: int, classes: int) -> None:
-    bands = Counter(structure.band for structure in read_clean_structures()[n])
-    assert [bands[band] for band in range(HARDEST_BAND + 1)] == COUNTS[n]
+    levels = Counter(structure.level for structure in read_clean_structures()[n])
+    assert [levels[level] for level in range(HARDEST_LEVEL + 1)] == COUNTS[n]
     assert len(group_clean_structures(n)) == classes

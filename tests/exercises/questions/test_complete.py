@@ -14,7 +14,7 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.mistakes.catalogue import generate_mistaken_answers
 from qdot.exercises.problem.problem import Details, Part, Problem, ProblemId
-from qdot.exercises.questions.results import comes_from_stages
+from qdot.exercises.questions.results import is_derived_step_by_step
 from qdot.exercises.short_questions import ALL_QUESTIONS
 from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.writing.problem_texts import write_hints, write_prompt, write_solution
@@ -59,7 +59,7 @@ def list_duties(problem: Problem, part: Part) -> dict[str, bool]:
     """Return which duties of LACKS a question supports; platforms such as Moodle need letters or numbers."""
     behind_options = any(list_blames(part, index) for index in range(len(part.answer.offered_options)))
     return {
-        "diagnosis": comes_from_stages(part)
+        "diagnosis": is_derived_step_by_step(part)
         or behind_options
         or next(generate_mistaken_answers(problem.chain, part), None) is not None,
         "follow-through": not ALL_QUESTIONS[part.kind].prerequisites or any(list_earlier_parts(part)),

@@ -29,7 +29,7 @@ from qdot.exercises.derivation.graph import compute_numeric_stages
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import find_listing, generate, sample_chain, select_quiz_questions
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step
 from qdot.exercises.reference_answers import Choice, Matching, Number, Selection
 from qdot.exercises.site import bank_problem
 from qdot.exercises.site import pages as site_pages
@@ -369,7 +369,7 @@ def test_keys_hold_what_the_derivation_in_numbers_gives(family: str) -> None:
             continue  # what mistakes give in numbers takes seconds, and nothing but their form is looked at here
         key = make_key(problem, part)
         json.dumps(key, allow_nan=False)
-        if key["type"] == "values" and comes_from_stages(part):
+        if key["type"] == "values" and is_derived_step_by_step(part):
             _values_are_right(problem, part, key)
         if key["type"] == "configurations":
             _poses_are_singular(problem, key)

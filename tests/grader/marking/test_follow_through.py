@@ -20,7 +20,7 @@ from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ProblemId
 from qdot.exercises.questions import QUESTIONS
 from qdot.exercises.questions.custom.definition import Definition, GivenValue, Texts
-from qdot.exercises.questions.results import comes_from_stages, compute_answer
+from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step
 from qdot.exercises.reference_answers import Expression
 from qdot.grader.judging.verdict import Outcome, Verdict
 from qdot.grader.marking.marking import MarkingRules, compute_points, mark, sum_points
@@ -227,7 +227,9 @@ def test_mistakes_are_followed_on_every_family(family: str) -> None:
     """Derive all answers with one mistake: a large share of those that differ must be followed."""
     problem = get_problem(family, 0)
     later = [
-        part for part in problem.parts if any(list_earlier_parts(part)) and comes_from_stages(part) and is_formula(part)
+        part
+        for part in problem.parts
+        if any(list_earlier_parts(part)) and is_derived_step_by_step(part) and is_formula(part)
     ]
     if problem.chain.n > 3 or not later:
         return
@@ -235,7 +237,7 @@ def test_mistakes_are_followed_on_every_family(family: str) -> None:
     tried = followed = 0
     for mistake in EARLY_MISTAKES:
         for wrong in list(apply_mistake(CATALOGUE[mistake], stages, later[0]))[: select_for_suite(1, 2)]:
-            parts = [part for part in problem.parts if comes_from_stages(part) and is_formula(part)]
+            parts = [part for part in problem.parts if is_derived_step_by_step(part) and is_formula(part)]
             texts = {part.name: write_answer(part, wrong.stages) for part in parts}
             if any(len(text) > 4000 or "zoo" in text or "nan" in text for text in texts.values()):
                 continue

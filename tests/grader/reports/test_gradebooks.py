@@ -146,12 +146,12 @@ def test_titles_with_semicolons_or_line_breaks_are_safe(make: Make) -> None:
     text = make_canvas_csv(assignment, make_results(assignment))
     assert read_column(text, "ID", "A; b; c (12)")["101"] == "2.6667"
     assert len({len(next(csv.reader([line], delimiter=";"))) for line in text.splitlines()[:3]}) > 1
-    broken = replace(assignment, title="A\nB", gradebook=None)
+    broken = replace(assignment, title="A\nB", class_list=None)
     assert "A B" in make_canvas_csv(broken, make_results(broken)).splitlines()[0]
 
 
 def test_a_row_without_a_canvas_id_is_an_error(make: Make) -> None:
-    with pytest.raises(QdotError, match=r"roster.csv: line 5: the column ID is empty.*'Erdős, Paul'"):
+    with pytest.raises(QdotError, match=r"roster.csv: line 5: the cell in the column ID is empty.*'Erdős, Paul'"):
         make(CANVAS_EXPORT.replace(",102,", ",,"))
     # Without the row of points it is not a Canvas export.
     assert [student.id for student in make("Student,ID,Section\nada,17,Mon\n").roster] == ["ada"]

@@ -28,7 +28,7 @@ from qdot.grader.serve.lti import launch, outbox
 from qdot.grader.serve.lti.connection import Connections, find_signing_key, renew_keys
 from qdot.grader.serve.lti.outbox import update_scores
 from qdot.grader.serve.lti.registering import (
-    PlatformAnswers,
+    CopiedValues,
     begin_registration,
     connect_course,
     describe_registration_steps,
@@ -474,11 +474,11 @@ def test_every_kind_of_platform_is_registered_by_hand(kind: str) -> None:
     words = describe_registration_steps(kind, row, "qdot serve register hw")
     assert f"{TOOL}/lti/login/{row.uuid}" in words and f"{TOOL}/lti/keys" in words
     assert ("/lti/register/" in words) == (kind != "blackboard")
-    finished = finish_registration(kind, PlatformAnswers(site, "abc"))
+    finished = finish_registration(kind, CopiedValues(site, "abc"))
     assert finished.is_active and finished.pk == row.pk and "{" not in finished.keyset_url + finished.auth_url
-    with pytest.raises(QdotError, match="not registered yet"):
+    with pytest.raises(QdotError, match="must not be registered yet"):
         begin_registration(kind, "https://second.example.edu")
-        finish_registration(kind, PlatformAnswers("https://second.example.edu", "abc", issuer=finished.issuer))
+        finish_registration(kind, CopiedValues("https://second.example.edu", "abc", issuer=finished.issuer))
     with pytest.raises(QdotError, match="whole address"):
         begin_registration(kind, "lms.example.edu")
 

@@ -47,7 +47,7 @@ _ADDED_COLUMN = re.compile(r"due|login|[a-z][a-z ]* id|(student|candidate|matric
 """Matches the names, in lower case, of columns that an instructor adds to an export, such as "moodle id"."""
 
 LAST_NAME_KEY = "last name of the export"
-"""The key of the last name in an export's line of the roster; no column of an instructor's own table has this name."""
+"""The key of the last name in a RosterLine made from an export; a name that no column of an instructor has."""
 
 NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
 """The cells of each row of a table, after the number of its line in the file."""
@@ -64,7 +64,7 @@ class ExportedStudent(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Gradebook:
+class PlatformClassList:
     """A platform's export: its columns, Canvas's row of points (empty for Moodle), and the students.
 
     `rows_by_student` has the unchanged cells of each student, by identifier. `roster_lines` has the same students as
@@ -83,7 +83,7 @@ class Gradebook:
         return next((index + 1 for index, name in enumerate(self.header) if "Section" in name), 3)
 
 
-def read_export(path: Path) -> Gradebook | None:
+def read_class_list(path: Path) -> PlatformClassList | None:
     """Return a platform's export; None if the file is not an export. Raises QdotError."""
     rows = _parse_rows(read_table_text(path)) if path.is_file() else []
     if not rows:
@@ -105,7 +105,7 @@ def read_export(path: Path) -> Gradebook | None:
                 student.roster_line.setdefault(column.lower(), student.cells[index].strip())
     rows_by_student = {normalize_identifier(student.roster_line["student"]): student.cells for student in students}
     roster_lines = [(student.line_number, student.roster_line) for student in students]
-    return Gradebook(platform, header, points_row, rows_by_student, roster_lines)
+    return PlatformClassList(platform, header, points_row, rows_by_student, roster_lines)
 
 
 def normalize_identifier(text: str) -> str:
@@ -128,7 +128,7 @@ def find_column(header: Sequence[str], names: Sequence[str]) -> int | None:
     return next((index for index, name in enumerate(header) if name.lower() in names), None)
 
 
-def get_cell(cells: Mapping[str, str], column: str) -> str:
+def get_cell_under_any_name(cells: Mapping[str, str], column: str) -> str:
     """Return the cell in a column of `MOODLE_COLUMNS` under any of the column's names; "" if there is none."""
     return next((cells[name].strip() for name in MOODLE_COLUMNS[column] if cells.get(name, "").strip()), "")
 
@@ -159,7 +159,9 @@ def _iterate_canvas_students(path: Path, header: tuple[str, ...], rows: Numbered
         if _is_points_row(header, cells) or is_test_student or not any(identity.values()):
             continue
         if not identifier:
-            raise QdotError(f"{path}: line {number}: the column ID is empty; Canvas needs it to identify {name!r}")
+            raise QdotError(
+                f"{path}: line {number}: the cell in the column ID is empty; Canvas needs it to identify {name!r}"
+            )
         name, last_name = _put_first_name_first(name)
         line = {
             "student": identifier, "name": name, LAST_NAME_KEY: last_name, "email": login if "@" in login else "",
@@ -171,7 +173,7 @@ def _iterate_canvas_students(path: Path, header: tuple[str, ...], rows: Numbered
 def _put_first_name_first(name: str) -> tuple[str, str]:
     """Return a name such as "Lovelace, Ada" with the first name first, and the last name alone.
 
-    Canvas writes a name that begins with = as ="=…".
+    Canvas writes the name =Ada as ="=Ada".
 
     >>> _put_first_name_first("García Márquez, Gabriel"), _put_first_name_first("Aristotle")
     (('Gabriel García Márquez', 'García Márquez'), ('Aristotle', ''))
@@ -207,9 +209,9 @@ def _iterate_moodle_students(
         if not cell_by_key[identity_key]:
             column = header[column_by_key[identity_key]]
             raise QdotError(
-                f"{path}: line {number}: the column {column!r} is empty, but it identifies the students; fill it in; "
-                "delete the line, if it is a teacher's; or delete the column, so that qdot uses the next of ID number, "
-                "username and email address"
+                f"{path}: line {number}: the cell in the column {column!r} is empty, but the column identifies the "
+                "students; fill the cell in; delete the line, if it is a teacher's; or delete the column, so that qdot "
+                "uses the next of ID number, username and email address"
             )
         last_name = cell_by_key["last name"]
         name = f"{cell_by_key['first name']} {last_name}".strip()

@@ -1,4 +1,4 @@
-"""Read the families of textbook arms from families.toml: for each family, an arm and its axes of variation."""
+"""Read the families of the chapter's arms from families.toml: for each family, an arm and its axes of variation."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
