@@ -1,8 +1,9 @@
-"""Compute the point of interest and the Jacobian of an arm with 30 digits, for numbers in a problem, or in floats.
+"""Compute the point of interest and the Jacobian of an arm: with 30 digits for the numbers in a problem, or in floats.
 
 An mpmath *context* carries out the arithmetic: PRECISE_CONTEXT with 30 digits, FLOAT_CONTEXT in floats. The entries of
-the table are evaluated once, with exact sines and cosines of constant angles. Then each frame is computed from the
-previous one, as three axes and an origin in the world frame. The rows of the Jacobian have the order of (6.6).
+the arm's Denavit-Hartenberg table are evaluated once, with exact sines and cosines of constant angles. Then each frame
+is computed from the previous one, as three axes and an origin in the world frame. The rows of the Jacobian are vx, vy,
+vz, wx, wy and wz, as in (6.6) of the chapter.
 """
 
 from collections.abc import Mapping, Sequence
@@ -41,7 +42,7 @@ class MpmathArm:
         self.is_revolute = [joint.is_revolute for joint in chain.joints]
         self._joint_offsets = [to_number(value) for value in chain.offsets]
         self._link_entries = [(to_number(joint.a), *compute_cos_sin(joint.alpha)) for joint in chain.joints]
-        # d of a revolute joint, the cosine and the sine of theta of a prismatic joint
+        # d of a revolute joint; (cos theta, sin theta) of a prismatic joint
         self._fixed_entries: list[Any] = [
             to_number(joint.d) if joint.is_revolute else compute_cos_sin(joint.theta) for joint in chain.joints
         ]
@@ -66,11 +67,12 @@ class MpmathArm:
             if i < len(q):
                 axes.append(z)
                 origins.append(origin)
-                entry = q[i] + self._joint_offsets[i]
+                variable_entry = q[i] + self._joint_offsets[i]
                 if self.is_revolute[i]:
-                    cos, sin, d = self.context.cos(entry), self.context.sin(entry), self._fixed_entries[i]
+                    cos, sin = self.context.cos(variable_entry), self.context.sin(variable_entry)
+                    d = self._fixed_entries[i]
                 else:
-                    (cos, sin), d = self._fixed_entries[i], entry
+                    (cos, sin), d = self._fixed_entries[i], variable_entry
                 a, cos_alpha, sin_alpha = self._link_entries[i]
                 x, y = _rotate(x, y, cos, sin)
                 origin = _translate(_translate(origin, z, d), x, a)
@@ -87,6 +89,7 @@ class MpmathArm:
     def _compute_jacobian_column(self, i: int, z: Vector, point: Vector, origin: Vector) -> Vector:
         """Return column i (from 0) of the Jacobian; the joint's axis has the direction z and contains `origin`."""
         zero_vector = [self.context.zero] * 3
+        # Joints after the point's frame don't move the point, but rotate the last frame, whose angular velocity counts.
         if not self.is_revolute[i]:
             return [*(z if i < self._point_frame else zero_vector), *zero_vector]
         r = [p - o for p, o in zip(point, origin, strict=True)]
@@ -100,7 +103,9 @@ def evaluate_in_context(value: sp.Expr, context: Any = PRECISE_CONTEXT) -> Any:
 
 
 def round_to_ten_digits(value: Any) -> sp.Float:
-    """Round a number of 30 digits to the ten digits that are stored in a problem, the same on every machine.
+    """Round a number of 30 digits to the ten digits that are stored in a problem.
+
+    Dropping the last five of the 30 digits first makes the result the same on every machine.
 
     >>> round_to_ten_digits(PRECISE_CONTEXT.mpf(1) / 3)
     0.3333333333

@@ -1,7 +1,7 @@
 """Export an autograder for Gradescope: a zip with the assignment, its secret and qdot itself, for staff to upload.
 
-Students never see the zip. Students' code runs in the same container, but as another user and in the usual sandbox. The
-setup script makes the contents of the zip readable by root only.
+Students never see the zip. Students' code runs in the autograder's container, which holds the zip's contents, but as
+another user and in the usual sandbox. The setup script makes the contents of the zip readable by root only.
 """
 
 from collections.abc import Generator

@@ -1,7 +1,7 @@
 """Export to Moodle: a question bank as Moodle XML, and a complete quiz, which picks a variant of every question.
 
-The bank has a category for each question of a slot, and the variants of the question in this category. `moodle_quiz`
-makes the quiz.
+For each question of each slot of the assignment, the bank has a category with all variants. `moodle_quiz` makes the
+quiz.
 """
 
 import base64
@@ -25,15 +25,15 @@ DIGITS = 14
 
 DECIMALS_NOTE = (
     "<p>Type only the number, as a decimal with a point and the minus sign of the keyboard, for example -0.25 or "
-    "-2.5e-1. If Moodle shows the marks of this question with a decimal comma (1,00), type a comma, too (-0,25). A "
-    "fraction (1/4) or a name before the number (v = 0.25) counts as wrong.</p>"
+    "-2.5e-1. If Moodle shows the marks of this question with a decimal comma (1,00), type a comma instead of the "
+    "point (-0,25). A fraction (1/4) or a name before the number (v = 0.25) counts as wrong.</p>"
 )
 """Instructions for students on boxes for numbers.
 
 Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. In languages with a
-decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. A
-question can't accept other forms of numbers, except units after a number in a single box. A question that compares
-texts would have no tolerance.
+decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. No
+question type avoids this: questions for numbers accept no other forms, except units after a number in a single box, and
+questions that compare texts have no tolerance.
 """
 
 MIN_BOX_WIDTH = 12
@@ -190,9 +190,10 @@ def _make_filler_number(length: int) -> str:
 
 
 def _escape_feedback(feedback: str) -> str:
-    r"""Return HTML escaped for the feedback of an embedded answer. Without a backslash, `}`, `#` and `~` would end it.
+    r"""Return HTML escaped for the feedback of an embedded answer, which an unescaped `}`, `#` or `~` would end.
 
-    Moodle resolves entities once more, and it does not remove a backslash before `~`, which is therefore replaced.
+    `}` and `#` get a backslash. Moodle would keep a backslash before `~`, so `~` is replaced. Moodle resolves entities
+    once more, so they are escaped.
 
     >>> _escape_feedback("R_{1} ~ 2 &lt; 3")
     'R_{1\\} ∼ 2 &amp;lt; 3'

@@ -2,7 +2,7 @@
 
 Moodle has no other file format for quizzes. The questions are in a bank that belongs to the quiz, and each slot of the
 quiz picks one variant at random. The slots also store the points, because for a question with several boxes, Moodle
-would give a point for each box.
+would otherwise give a point for each box.
 """
 
 import base64
@@ -107,12 +107,12 @@ def make_quiz_backup(request: ExportRequest, key: str, categories: Sequence[Cate
     Values and solutions that the assignment hides are shown once the quiz is closed.
     """
     assignment = request.assignment
-    numbered_categories = _number_categories(key, categories)
-    question_categories = [category for category in numbered_categories if category["questions"]]
+    categories_with_ids = _list_categories_with_ids(key, categories)
+    question_categories = [category for category in categories_with_ids if category["questions"]]
     question_records = [record for category in question_categories for record in category["questions"]]
     files = [file for record in question_records for file in _list_files(record)]
     context = {
-        "title": categories[0].names[0], "key": key, "categories": numbered_categories, "files": files,
+        "title": categories[0].names[0], "key": key, "categories": categories_with_ids, "files": files,
         "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz_id": QUIZ_ID, "context_id": CONTEXT_ID,
         "slots": [
             {"filter": _write_category_filter(category), "points": category["questions"][0]["question"].points}
@@ -148,7 +148,7 @@ def _describe_attempts(assignment: Assignment) -> Json:
     return settings | {"closing_time": closing_time}
 
 
-def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
+def _list_categories_with_ids(key: str, categories: Sequence[Category]) -> list[Json]:
     """Return the categories of the bank with their questions and with ids; each category follows its parent."""
     ids = count(1)
     categories_by_path: dict[tuple[str, ...], Json] = {
@@ -161,20 +161,20 @@ def _number_categories(key: str, categories: Sequence[Category]) -> list[Json]:
                 parent = categories_by_path[names[:-1]]["id"]
                 categories_by_path[names] = {"id": next(ids), "name": names[-1], "parent": parent, "questions": []}
         categories_by_path[category.names]["questions"] = [
-            _number_question(question, ids) for question in category.questions
+            _add_ids_to_question(question, ids) for question in category.questions
         ]
     for names, record in categories_by_path.items():
         record["stamp"] = "qdot+" + hashlib.sha256(repr((key, names)).encode()).hexdigest()[:40]
     return list(categories_by_path.values())
 
 
-def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
+def _add_ids_to_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
     """Return a question with ids for itself, its answers and its boxes, which Moodle treats as questions."""
     total_weight = sum(box.weight for box in question.boxes)
     boxes = [
         {
             "id": next(ids), "question": question, "box": box, "points": question.points * box.weight / total_weight,
-            "answers": _number_answers(box.answers, ids),
+            "answers": _add_ids_to_answers(box.answers, ids),
         }
         for box in question.boxes
     ]  # fmt: skip
@@ -183,12 +183,12 @@ def _number_question(question: MoodleQuestion, ids: Iterator[int]) -> Json:
     return {
         "id": question_id, "plugin": question.write_plugin(question_id) if question.write_plugin else "",
         "question": question, "boxes": boxes if len(boxes) > 1 else [],
-        "answers": _number_answers(answers, ids), "hints": [(next(ids), hint) for hint in question.hints],
+        "answers": _add_ids_to_answers(answers, ids), "hints": [(next(ids), hint) for hint in question.hints],
         "pairs": [(next(ids), *pair) for pair in question.pairs],
     }  # fmt: skip
 
 
-def _number_answers(answers: Sequence[MoodleAnswer], ids: Iterator[int]) -> list[Json]:
+def _add_ids_to_answers(answers: Sequence[MoodleAnswer], ids: Iterator[int]) -> list[Json]:
     return [{"id": next(ids), "share": float(answer.percentage) / 100, "answer": answer} for answer in answers]
 
 

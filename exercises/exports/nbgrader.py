@@ -29,7 +29,7 @@ SCHEMA_VERSION = 3
 ANSWER_SUFFIX = "-answer"
 """The suffix of the name of a cell with an answer.
 
-The cell with the marks has the same name without this suffix, which the gradebook shows.
+The cell with the marks has the name without this suffix; the gradebook shows that name.
 """
 MARKS_COMMENT = "# Marked by qdot"
 """The first line of a cell with marks; no other cell begins with it."""
@@ -129,15 +129,17 @@ def make_marks_cell(part: str, points: float) -> Cell:
     """
     metadata = _make_metadata(make_grade_id(part), grade=True, locked=True)
     metadata["nbgrader"]["points"] = points
-    source = render("exports/nbgrader/marks.py.j2", sign=MARKS_COMMENT, part=part, points=write_points(points)).strip()
+    source = render(
+        "exports/nbgrader/marks.py.j2", comment=MARKS_COMMENT, part=part, points=write_points(points)
+    ).strip()
     cell = new_code_cell(source, id=f"{make_grade_id(part)}-marks", metadata={**metadata, "editable": False})
     cell["metadata"]["nbgrader"]["checksum"] = compute_checksum(cell)
     return cell
 
 
 def _make_metadata(name: str, **flags: bool) -> Cell:
-    defaults = {"grade": False, "locked": False, "solution": False, "task": False, **flags}
-    return {"deletable": False, "nbgrader": {"grade_id": name, "schema_version": SCHEMA_VERSION, **defaults}}
+    all_flags = {"grade": False, "locked": False, "solution": False, "task": False, **flags}
+    return {"deletable": False, "nbgrader": {"grade_id": name, "schema_version": SCHEMA_VERSION, **all_flags}}
 
 
 def _add_marks_cell(cell: Cell, points_by_part: dict[str, float], text_parts: AbstractSet[str]) -> list[Cell]:
@@ -155,8 +157,8 @@ def _make_source_notebook(title: str, key: str, slots: tuple[Slot, ...]) -> dict
     cells = [new_markdown_cell(render("exports/nbgrader/pattern.md.j2", title=title, key=key).strip(), id="title")]
     for number, slot in enumerate(slots, 1):
         for index, (kind, points) in enumerate(slot.points_by_question.items(), 1):
-            part, title = f"{slot.name}.{kind}", escape_heading(slot.find_question(kind).title)
-            heading = f"### {number}.{index} {title} ({write_points(points)})"
+            part, question_title = f"{slot.name}.{kind}", escape_heading(slot.find_question(kind).title)
+            heading = f"### {number}.{index} {question_title} ({write_points(points)})"
             cells.append(new_markdown_cell(heading, id=f"{make_grade_id(part)}-question"))
             answer = f"{name_answer_variable(slot.name, kind)} = blank"
             cell = new_code_cell(answer, id=make_grade_id(part), metadata={"qdot": {"part": part}})

@@ -27,7 +27,7 @@ HEADER = ",".join(COLUMN_NAMES)
 GROUP_COLUMN = "group"
 """An optional column: the group of equal wrong answers to which a line applies, instead of a student."""
 ANSWER_COLUMN = "answer"
-"""An optional column, as in graded/to-mark.csv: the only answer in words to which a line applies.
+"""An optional column, as in graded/to-mark.csv: if filled in, the line applies to this free-text answer only.
 
 A line that was copied from graded/to-mark.csv may have no points yet.
 """
@@ -51,13 +51,16 @@ class Overrides:
         return self.by_part.get((student, part, flatten_answer(answer))) or self.by_part.get((student, part, ""))
 
     def has_marked_answer(self, student: str, part: str) -> bool:
-        """Return whether a person has marked a single answer of a student to a part."""
+        """Return whether a line marks one particular answer of this student to this part."""
         marked_parts = {(marked_student, marked_part) for marked_student, marked_part, answer in self.by_part if answer}
         return (student, part) in marked_parts
 
 
 def flatten_answer(answer: str) -> str:
-    """Return a free-text answer on a single line, in the form of graded/to-mark.csv without a leading quote."""
+    """Return a free-text answer on a single line.
+
+    It is as in graded/to-mark.csv, but without the quote that may be put before it there.
+    """
     line = escape_controls(" ".join(answer.split()))
     return unicodedata.normalize("NFC", line).removeprefix("'")
 
@@ -110,6 +113,7 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if student and not points and not comment and ANSWER_COLUMN in cells:
             continue  # an answer that is not marked yet
         new_points = None if comment and not points else _parse_points(location, part, points, max_points[part])
+        # The grader's points, `was`, become known when the override is applied.
         if group:
             by_group[group] = Override(new_points, comment, was=None, group=group)
         else:

@@ -1,7 +1,7 @@
 """Fetch students' repositories as of the deadline, and push feedback to them.
 
     python -I -m qdot.grader.integrations.git_submissions collect DIR --on github
-        fills DIR/submitted, listed in DIR/graded/collected.csv
+        fetches into DIR/submitted, and lists the repositories in DIR/graded/collected.csv
     python -I -m qdot.grader.integrations.git_submissions hand-back DIR --on github
         pushes feedback to the branch `feedback` of each repository
 
@@ -49,8 +49,8 @@ class _NothingToGrade(Exception):
     """Raised, with the reason, if a student pushed nothing, or nothing in time, so there is nothing to grade."""
 
 
-class _HostUnreachable(Exception):
-    """Raised, with the reason, if the server is unreachable or refuses, so the student's work is unknown."""
+class _GitFailed(Exception):
+    """Raised, with the reason, if git or the server failed, so the student's work is unknown."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,9 @@ class CollectedRepository:
 def find_cutoff(assignment: Assignment, student: Student) -> datetime.datetime | None:
     """Return the time after which a student's pushes no longer count; None if they always count.
 
-    Without the table `late` in assignment.toml, the time is the student's deadline. With this table, which deducts
-    points for late work, the time is the table's `until`, shifted by the student's extension.
+    If there is no push before this time, a later one may still count (`_find_counting_push`). Without the table `late`
+    in assignment.toml, the time is the student's deadline. With this table, which deducts points for late work, the
+    time is the table's `until`, shifted by the student's extension.
     """
     deadline = assignment.due_date_of(student)
     if deadline is None or assignment.late_rule is None:
@@ -141,7 +142,7 @@ def _read_repositories(assignment: Assignment, host: Host) -> list[tuple[str, st
 def _collect_repository(
     assignment: Assignment, host: Host, parent: Path, student: Student, repository: str
 ) -> CollectedRepository:
-    """Fetch the commit of a student's repository that counts into `parent`/STUDENT; return the repository's row."""
+    """Fetch into `parent`/STUDENT the commit of a student's repository that counts; return the repository's row."""
     cutoff = find_cutoff(assignment, student)
     folder = parent / student.id
     row = {"counts_until": "" if cutoff is None else cutoff.isoformat()}
@@ -150,33 +151,37 @@ def _collect_repository(
         if head[:1] != ["ref:"]:  # the name of the default branch follows "ref:"
             raise _NothingToGrade("nothing was pushed to it")
         row["branch"] = head[1].removeprefix("refs/heads/")
-        push = _find_counting_push(host, repository, row["branch"], cutoff, accepts_late=assignment.late_rule is None)
+        # Without a rule for late work, late work is graded and marked as late.
+        falls_back_to_last = assignment.late_rule is None
+        push = _find_counting_push(host, repository, row["branch"], cutoff, falls_back_to_last)
         row |= {"commit": push.commit, "pushed": push.received.isoformat()}
         _fetch_commit(host, repository, push, folder)
-    except (_NothingToGrade, _HostUnreachable, OSError) as error:
+    except (_NothingToGrade, _GitFailed, OSError) as error:
         shutil.rmtree(folder, ignore_errors=True)
         row["left_out" if isinstance(error, _NothingToGrade) else "unreached"] = escape_controls(str(error))
     return CollectedRepository(student.id, repository, **row)
 
 
 def _find_counting_push(
-    host: Host, repository: str, branch: str, cutoff: datetime.datetime | None, accepts_late: bool
+    host: Host, repository: str, branch: str, cutoff: datetime.datetime | None, falls_back_to_last: bool
 ) -> Push:
-    """Return the last push to a branch until `cutoff`; if there is none and `accepts_late`, return the last push.
+    """Return the last push to a branch until `cutoff`.
 
-    Raises _NothingToGrade if there is no such push, and _HostUnreachable if the server doesn't answer.
+    If there is none and `falls_back_to_last`, return the last push.
+
+    Raises _NothingToGrade if there is no such push, and _GitFailed if the server doesn't list its pushes.
     """
     try:
         pushes = iter(host.list_pushes(host, repository, branch))
         last_push = next(pushes, None)
         all_pushes = () if last_push is None else chain((last_push,), pushes)
         last_push_in_time = next((push for push in all_pushes if cutoff is None or push.received <= cutoff), None)
-        counting_push = last_push_in_time or (last_push if accepts_late else None)
+        counting_push = last_push_in_time or (last_push if falls_back_to_last else None)
     except urllib.error.HTTPError as error:
         reason = f"the server answers {error.code} {error.reason}"
-        raise _HostUnreachable(f"the times of its pushes are unknown: {reason}") from None
+        raise _GitFailed(f"the times of its pushes are unknown: {reason}") from None
     except (OSError, ValueError, LookupError, TypeError) as error:
-        raise _HostUnreachable(f"the times of its pushes are unknown: {error}") from None
+        raise _GitFailed(f"the times of its pushes are unknown: {error}") from None
     if counting_push is None:
         raise _NothingToGrade(f"the server has no push to {branch}{f' until {cutoff}' if cutoff else ''}")
     return counting_push
@@ -193,7 +198,7 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
     _run_git(host, *safe_options, "init", "--quiet")
     try:
         _run_git(host, *safe_options, "fetch", *fetch_options, host.make_repository_url(repository), push.commit)
-    except _HostUnreachable as error:
+    except _GitFailed as error:
         if re.search(r"not our ref|no such remote ref|unadvertised object", str(error)):
             raise _NothingToGrade(f"the commit that counts no longer exists: {error}") from None
         raise
@@ -207,7 +212,7 @@ def _fetch_commit(host: Host, repository: str, push: Push, folder: Path) -> None
 def _run_git(host: Host, *arguments: str, **environment: str) -> str:
     """Return the output of a git command.
 
-    Raises _HostUnreachable with git's error line, without the advice after it.
+    Raises _GitFailed with git's error line, without the advice after it.
     """
     try:
         process = subprocess.run(
@@ -215,11 +220,11 @@ def _run_git(host: Host, *arguments: str, **environment: str) -> str:
             capture_output=True, text=True, errors="replace", timeout=GIT_TIMEOUT,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        raise _HostUnreachable(f"git took longer than {GIT_TIMEOUT} s") from None
+        raise _GitFailed(f"git took longer than {GIT_TIMEOUT} s") from None
     if process.returncode:
         lines = [line for line in process.stderr.splitlines() if line.strip()]
         last_line = lines[-1] if lines else f"git ended with {process.returncode}"
-        raise _HostUnreachable(escape_controls(next((line for line in lines if ERROR_LINE.match(line)), last_line)))
+        raise _GitFailed(escape_controls(next((line for line in lines if ERROR_LINE.match(line)), last_line)))
     return process.stdout
 
 
@@ -247,7 +252,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
                 Path(folder, "README.md").write_text(summary, encoding="utf-8")
                 shutil.copyfile(page, Path(folder, "feedback.html"))
                 _push_folder(host, repository, folder)
-            except (OSError, _HostUnreachable) as error:
+            except (OSError, _GitFailed) as error:
                 return CollectedRepository(student, repository, FEEDBACK_BRANCH, unreached=str(error))
         return CollectedRepository(student, repository, FEEDBACK_BRANCH)
 
@@ -266,7 +271,7 @@ def hand_back(assignment: Assignment, host: Host) -> list[CollectedRepository]:
 
 
 def _push_folder(host: Host, repository: str, folder: str) -> None:
-    """Push the files in a folder to the branch for feedback, as its only commit. Raises _HostUnreachable."""
+    """Push the files in a folder to the branch for feedback, as its only commit. Raises _GitFailed."""
     author = ("-c", "user.name=qdot", "-c", "user.email=qdot@localhost", "-c", "commit.gpgsign=false")
     times = dict.fromkeys(("GIT_AUTHOR_DATE", "GIT_COMMITTER_DATE"), "2000-01-01T00:00:00Z")
     _run_git(host, "-C", folder, "init", "--quiet", f"--initial-branch={FEEDBACK_BRANCH}")

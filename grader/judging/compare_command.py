@@ -81,7 +81,7 @@ def _parse_rows(reference: Any, symbol_names: frozenset[str]) -> list[list[Node]
 
 
 def _make_default_domain(reference_nodes: Sequence[Node], student: str, joints: Sequence[str]) -> Domain:
-    """Return a domain of the joints and of all symbols in the reference and in the student's text."""
+    """Return the default sampling range of each joint, and of each symbol in the reference and the student's text."""
     symbols = set().union(*(find_names(node) for node in reference_nodes), joints)
     with contextlib.suppress(ParseError):  # the judgement will report what can't be parsed
         symbols |= find_names(parse_formula(student, symbols))
@@ -114,7 +114,7 @@ def compare_lines(lines: Iterable[str], errors: list[str]) -> Iterator[str]:
             continue
         try:
             response = json.dumps(compare_line(line, line_number), ensure_ascii=False)
-        except (QdotError, RecursionError) as error:  # RecursionError if its id can't be written
+        except (QdotError, RecursionError) as error:  # a deeply nested id of a request raises RecursionError
             reason = str(error) if isinstance(error, QdotError) else f"line {line_number}: its id is nested too deeply"
             errors.append(reason)
             content = describe_judgement(Judgement(Outcome.UNGRADED, 0.0, reason))
@@ -149,7 +149,8 @@ def write_as_text(answer: Any, depth: int = 0) -> str:
     """Return an answer (a text, a number, or nested lists of texts and numbers) as one text; "" for null."""
     if answer is None:
         return ""
-    if isinstance(answer, list):  # lists too deep for the parser are omitted; it refuses the rest
+    # The contents of deeper lists are left out. The brackets are still too deep, so the parser refuses the text.
+    if isinstance(answer, list):
         items = answer if depth <= MAX_DEPTH else []
         return "[" + ", ".join(write_as_text(item, depth + 1) for item in items) + "]"
     return answer if isinstance(answer, str) else repr(answer)

@@ -35,8 +35,8 @@ def find_person(request: HttpRequest) -> Person:
     for example in another tab.
     """
     people = Person.objects.select_related("classroom").filter(is_active=True, classroom__is_connected=True)
-    number, version = request.session.get("person", 0), request.session.get("version", 0)
-    person = people.filter(pk=number, session_version=version).first()
+    person_id, version = request.session.get("person", 0), request.session.get("version", 0)
+    person = people.filter(pk=person_id, session_version=version).first()
     if person is None:
         raise Refused(401, SIGN_IN_ADVICE)
     if request.headers.get("X-Person", str(person.pk)) != str(person.pk):
@@ -45,7 +45,10 @@ def find_person(request: HttpRequest) -> Person:
 
 
 def allow_roles(*roles: str) -> Callable[[View], View]:
-    """Return a decorator for a view that gets the person as its second argument, if the person has one of the roles."""
+    """Return a decorator that calls a view, with the person as second argument, only for people with these roles.
+
+    Other people get a 404.
+    """
 
     def decorate(view: View) -> View:
         @wraps(view)

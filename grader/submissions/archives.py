@@ -84,15 +84,15 @@ def _read_content(path: Path, name: str) -> bytes:
 def _list_zip(path: Path) -> dict[str, int]:
     """Return the sizes of the files in a zip, by name. Raises OverLimit if there are too many files.
 
-    Parsing a very long list of files would take too much memory, so the length of the list is checked first. A zip ends
-    with a record of at most 65,557 bytes, which contains this length in bytes.
+    Parsing a very long central directory, the list of files in a zip, would take too much memory, so its size is
+    checked first. The end record, the last part of a zip, has at most 65,557 bytes and contains this size in bytes.
     """
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - 65_557))
         last_bytes = file.read()
-    position = last_bytes.rfind(b"PK\x05\x06")
-    list_length = int.from_bytes(last_bytes[position + 12 : position + 16], "little") if position >= 0 else 0
-    if list_length > 150 * MAX_FILES:  # an entry of the list has about 46 bytes and the file's path
+    start = last_bytes.rfind(b"PK\x05\x06")  # the end record begins with these bytes
+    directory_size = int.from_bytes(last_bytes[start + 12 : start + 16], "little") if start >= 0 else 0
+    if directory_size > 150 * MAX_FILES:  # an entry of the directory has about 46 bytes and the file's path
         raise _make_file_count_error(path)
     with zipfile.ZipFile(path) as archive:
         files = [info for info in archive.infolist() if not info.is_dir() and not _is_link(info)]

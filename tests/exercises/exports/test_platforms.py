@@ -253,7 +253,8 @@ def test_a_question_with_decimals_in_moodle_says_when_to_type_a_comma(bank: Elem
     # In German, Moodle calls -0.25 incomplete; in English, it reads -0,25 as -25.
     pages = [text for text in bank.itertext() if "<p>Type only the number" in text]
     assert pages and all(
-        "-0.25" in page and "a decimal comma (1,00), type a comma, too (-0,25)" in page for page in pages
+        "-0.25" in page and "a decimal comma (1,00), type a comma instead of the point (-0,25)" in page
+        for page in pages
     )
 
 
