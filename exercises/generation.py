@@ -290,8 +290,8 @@ def generate(
     """Return the problem for a ProblemId or a text FAMILY/SEED. It asks the given `questions`, or all that apply.
 
     `points` are the points of each part; the default depends on its question. `family` is needed only if the family is
-    not registered (an instructor's own robot). `definitions` are an instructor's own questions. Each part has its own
-    random stream, so it does not depend on the other questions. Raises QdotError if the family or a question is
+    not registered (an instructor's own robot). `definitions` define an instructor's own questions. Each part has its
+    own random stream, so it does not depend on the other questions. Raises QdotError if the family or a question is
     unknown, or if a question doesn't apply to the arm.
 
     >>> generate("planar-2r/7", ["position", "jacobian"])

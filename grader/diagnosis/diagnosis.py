@@ -213,7 +213,7 @@ def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
     if any(entry.kind == "blank" for entry in entries):
         return None
     comparisons = [
-        compare_terms(entries, [entry for row in form for entry in row], wrong_indices, answer.values)
+        compare_terms(entries, [entry for row in form for entry in row], wrong_indices, answer.symbol_values)
         for form in _list_reference_forms(answer)
         if _find_shape(form) == shape
     ]

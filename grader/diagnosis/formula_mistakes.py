@@ -194,7 +194,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, reference: Rows) -> Diagnosis 
     size = sum(count_nodes(entry) for row in reference for entry in row)
     for name, edited_rows in islice(formula_edits.edit_all_entries(reference), MAX_EVALUATED_NODES // max(size, 1)):
         entries = [entry for row in edited_rows for entry in row]
-        predicted_values = evaluate_formulas(entries, answer.values).reshape(answer.correct_values.shape)
+        predicted_values = evaluate_formulas(entries, answer.symbol_values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(predicted_values) and is_distinctive(predicted_values):
             return Diagnosis((name,), CATALOGUE[name].format_message({"Where": "In your answer,"}))
     return None
@@ -215,7 +215,7 @@ def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis |
     for name, number in product(symbols, sorted(numbers, key=format_tree)):
         symbol = Node("name", value=name)
         new_entries = [formula_edits.replace_nodes(entry, {symbol: number}.get) for entry in entries]
-        values = evaluate_formulas(new_entries, answer.values).reshape(answer.correct_values.shape)
+        values = evaluate_formulas(new_entries, answer.symbol_values).reshape(answer.correct_values.shape)
         if answer.numeric.equals(values) and is_distinctive(values):
             # A 1 in place of the symbol means that the symbol was left out.
             if evaluate(compile_program([number]), {}, 1).values == 1:
@@ -244,7 +244,7 @@ def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | Non
     count = len(arm_lengths) ** len(replaceable_lengths)
     if sum(map(typed_lengths.count, other_lengths)) < 2 or not 0 < count <= MAX_REPLACEMENTS:
         return None
-    sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in answer.values.items()}
+    sampled_values = {name: value[:REPLACEMENT_SAMPLE_COUNT] for name, value in answer.symbol_values.items()}
     combinations = product(arm_lengths, repeat=len(replaceable_lengths))
     replacements = [dict(zip(replaceable_lengths, combination, strict=True)) for combination in combinations]
     new_entries = [
@@ -282,7 +282,9 @@ def _find_mistakes_in_entries(
         typed_formula = answer.rows[i][j] if answer.rows else None
         is_derivative = bool(answer.is_differentiated[i, j])
         numeric, correct_values = answer.numeric.select_entry(i, j), answer.correct_values[i, j]
-        entry = _WrongEntry(reference[i][j], typed_formula, is_derivative, answer.values, numeric, correct_values)
+        entry = _WrongEntry(
+            reference[i][j], typed_formula, is_derivative, answer.symbol_values, numeric, correct_values
+        )
         mistakes_by_entry[i, j] = entry.find_mistakes(is_partly_right, entry_count, tries_any_number)
         if not mistakes_by_entry[i, j]:
             return None

@@ -29,19 +29,19 @@ MIN_NUMBER_TOLERANCE = 1e-5
 class WrongAnswer:
     """A wrong answer with its values at some configurations, and its formulas as typed, if there are any.
 
-    `values` has the values of all symbols at the configurations, and `numeric` the values of the answer.
+    `symbol_values` has the values of all symbols at the configurations, and `numeric` the values of the answer.
     """
 
     problem: Problem
     part: Part
-    values: SymbolValues
+    symbol_values: SymbolValues
     numeric: NumericAnswer
     rows: Rows | None = None
 
     @cached_property
     def correct_stages(self) -> StageResults:
         """The correct derivation, evaluated at the configurations."""
-        return compute_numeric_stages(self.problem.chain, self.values)
+        return compute_numeric_stages(self.problem.chain, self.symbol_values)
 
     @cached_property
     def correct_values(self) -> np.ndarray:

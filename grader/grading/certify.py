@@ -38,7 +38,7 @@ from qdot.grader.judging.verdict import Outcome
 class VerificationTask:
     """A problem to verify.
 
-    `family` is set if the arm is an instructor's robot. `definitions` are the instructor's own questions that the
+    `family` is set if the arm is an instructor's robot. `definitions` define the instructor's own questions that the
     problem asks. `record` is the problem's record in the certificate. `file_failures` lists the failures found in the
     student's certificate and notebook. `is_in_assignment` is False if the problem is no longer in the assignment, so
     that qdot can't generate the problem.

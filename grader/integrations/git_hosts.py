@@ -22,7 +22,7 @@ from qdot.exercises.common.errors import QdotError
 TOKEN_VARIABLE = "QDOT_TOKEN"  # noqa: S105 - a variable's name
 """The environment variable with the token for students' repositories."""
 REQUEST_TIMEOUT = 60
-"""Timeout for an answer of a server, in seconds."""
+"""Timeout for a response of a server, in seconds."""
 RETRY_PAUSES = (2, 10)
 """Pauses, in seconds, before a failed request is repeated."""
 
@@ -112,12 +112,12 @@ def _list_pages(host: Host, path: str) -> Iterator[Any]:
 
 
 def _send_request(host: Host, url: str) -> tuple[Any, str]:
-    """Return the API's answer and its header with links to other pages; repeat a failed request up to twice."""
+    """Return the API's response and its header with links to other pages; repeat a failed request up to twice."""
     request = urllib.request.Request(url, headers={"Authorization": f"Bearer {host.token}"})  # noqa: S310 - the CI's
     for pause in (*RETRY_PAUSES, None):
         try:
-            with urllib.request.urlopen(request, timeout=REQUEST_TIMEOUT) as answer:  # noqa: S310
-                return json.loads(answer.read()), answer.headers.get("Link") or ""
+            with urllib.request.urlopen(request, timeout=REQUEST_TIMEOUT) as response:  # noqa: S310
+                return json.loads(response.read()), response.headers.get("Link") or ""
         except OSError as error:
             if pause is None or (isinstance(error, urllib.error.HTTPError) and error.code < 500):
                 raise

@@ -221,8 +221,11 @@ def _validate(file: TomlFile, name: str, table: dict[str, Any], errors: ErrorLis
         return QuestionEntry.model_validate(table)
     except pydantic.ValidationError as error:
         reported_types = ("extra_forbidden", "missing")  # check_keys has reported these
-        new_errors = (item for item in error.errors() if len(item["loc"]) > 2 or item["type"] not in reported_types)
-        locations = [item["loc"] for item in new_errors]
+        locations = [
+            details["loc"]
+            for details in error.errors()
+            if len(details["loc"]) > 2 or details["type"] not in reported_types
+        ]
         for key in dict.fromkeys(location[0] for location in locations):
             key_path, form = _find_invalid_value(table, [location for location in locations if location[0] == key])
             with errors.collect(), file.locate_errors("question", name, *key_path):

@@ -59,8 +59,8 @@ def choose(request: HttpRequest, _: Person) -> HttpResponse:
     if settings_claim.get("accept_lineitem", True):
         link.set_lineitem(column)
     registration = make_registration(LtiRegistration.objects.active().get(pk=platform_id), timezone.now())
-    answer = DeepLink(registration, deployment_id, settings_claim).get_response_jwt([link])
-    return send_form(settings_claim["deep_link_return_url"], {"JWT": answer}, "Add to the course")
+    response = DeepLink(registration, deployment_id, settings_claim).get_response_jwt([link])
+    return send_form(settings_claim["deep_link_return_url"], {"JWT": response}, "Add to the course")
 
 
 def _list_assignments() -> list[dict[str, Any]]:

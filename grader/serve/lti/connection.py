@@ -94,9 +94,9 @@ def read_pages(connector: ServiceConnector, scope: str, url: str, media_type: st
     """
     server, next_url = urlsplit(url)[:2], url
     for _ in range(1000):
-        answer = connector.make_service_request([scope], next_url, accept=media_type, case_insensitive_headers=True)
-        yield answer["body"]
-        links = parse_header_links(answer["headers"].get("Link", ""))
+        response = connector.make_service_request([scope], next_url, accept=media_type, case_insensitive_headers=True)
+        yield response["body"]
+        links = parse_header_links(response["headers"].get("Link", ""))
         next_url = next((link["url"] for link in links if link.get("rel") == "next"), "")
         if not next_url:
             return
