@@ -11,7 +11,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
 
 SHEET_KINDS = ("handout", "exam", "key", "marking")
-"""Kinds of sheets: problems; problems with writing space; correct answers; the points of wrong answers.
+"""Kinds of sheets: problems; problems with writing space; correct answers; the points for wrong answers.
 
 The last two kinds are for staff.
 """
@@ -28,7 +28,7 @@ def _raise_failure(failure: FailedSlot) -> None:
 
 
 def _refuse_share(*_: object) -> Fraction:
-    raise QdotError("the points of wrong answers are computed by the grader, as in: qdot export DIR")
+    raise QdotError("points for wrong answers need the grader; run qdot export DIR")
 
 
 def _ignore(*_: object) -> None:
@@ -40,7 +40,8 @@ class ExportRequest:
     """A request for an export. A bank has `variant_count` variants of each problem.
 
     - `sheet` (one of `SHEET_KINDS`) and `paper_size` (one of `PAPER_SIZES`) are for exports to paper.
-    - `version_count` is the number of versions of a sheet, which have no names. If it is 0, each student gets a sheet.
+    - `version_count` is how many versions of a sheet to make; versions carry no student names. If it is 0, each student
+      gets a sheet.
     - `has_solutions` adds worked solutions.
     - `find_failures` returns the failed checks of a problem; a problem with failed checks is never exported.
     - `on_step` is called after every variant or student, and `on_left_out` for each student without a problem.
@@ -102,7 +103,7 @@ class ExportedFile:
 class ExportFormat:
     """An export format, selected by `--to NAME`.
 
-    `title` describes the exported files, and `read_by` names the program for which they are. Progress is counted in
+    `title` describes the exported files, and `read_by` names the program that reads them. Progress is counted in
     `progress_unit`, a "variant" or a "student". `regenerates_problems` means that the platform regenerates the problems
     from assignment.toml.
 

@@ -1,6 +1,6 @@
 """Write instructions for marking on paper: the right answer, points for known mistakes, a rule for all other answers.
 
-The grader computes the points of an answer, so paper and notebooks are marked alike.
+The grader computes the points for an answer, so paper and notebooks are marked alike.
 """
 
 import re

@@ -3,8 +3,8 @@
 A derivation consists of stages, such as the table, the link vectors and the Jacobian (`derivation.graph`). A mistake
 changes the results of some stages, and all later stages are computed from the changed results. A change is a function
 of all stages and of the correct result of one stage; it returns the wrong result. Values may include derivatives with
-respect to the joint variables; `drop_derivatives` removes these. In shapes, "…" stands for the axes of the arithmetic:
-the configurations, or a single formula.
+respect to the joint variables; `drop_derivatives` removes these. In array shapes, "…" stands for the last axes: one for
+the configurations in numeric arrays, and one of length 1 in symbolic arrays (see `derivation.arithmetic`).
 """
 
 import re
@@ -77,7 +77,7 @@ AnswerGenerator = Callable[[Chain, Part], Iterator[MistakenAnswer]]
 
 
 MISREADINGS = frozenset().union(*(convention.specific_mistakes for convention in REGISTRY.values()))
-"""The names of the mistakes of reading an arm's description in another convention."""
+"""The names of the mistakes that come from reading the arm's description in the wrong convention."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -218,7 +218,7 @@ def join_words(words: Sequence[str]) -> str:
 
 
 def list_joints_of_kind(stages: StageResults, kind: str) -> list[int]:
-    """Return the joints (from 0) of a kind, by the stage "joint kinds", which a mistake may have changed."""
+    """Return the joints (from 0) of a kind, according to the stage "joint kinds", which a mistake may have changed."""
     return [i for i, kind_of_joint in enumerate(stages["joint kinds"]) if kind_of_joint == kind]
 
 

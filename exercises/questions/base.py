@@ -101,7 +101,7 @@ def find_inverse_size_objection(chain: Chain) -> str | None:
 
 
 def find_tool_point_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm if its point P is not fixed to the last frame, or None."""
+    """Return why an arm is unsuitable (its point P is not fixed to the last frame), or None if it is suitable."""
     return None if chain.point.frame == chain.n else f"its point moves with frame {chain.point.frame}, not the last"
 
 

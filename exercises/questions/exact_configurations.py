@@ -185,7 +185,7 @@ def sample_regular_configuration(
     """Return a random configuration of full rank without rounded joint values, or None if none is found.
 
     The ratio of the smallest to the largest singular value is at least `min_ratio`. If `prefers_misleading`, the first
-    samples are configurations that seem singular to students who make an error of sign or of 90 degrees.
+    samples are configurations that seem singular to students who make a sign error or an error of 90 degrees.
     """
     components = find_singular_set(chain) or () if prefers_misleading else ()
     roots = [solution for component in components for solution in component.solutions or ()]
@@ -216,7 +216,7 @@ def find_formula_roots(chain: Chain) -> Roots:
 
 
 def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
-    """Return a wrong value of a random joint: a root with an error of its sign, or of 90 degrees or 0.1 m."""
+    """Return a wrong value of a random joint: a root with a sign error, or an error of 90 degrees or 0.1 m."""
     joint, values = rng.choice(roots)
     shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if is_joint_angle(joint) else sp.Rational(1, 10)
     value = rng.choice(values).xreplace(dict(lengths))

@@ -52,13 +52,16 @@ def _evaluate_generic_jacobian(chain: Chain) -> np.ndarray:
 
 
 def find_symbolic_angle_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm with a symbolic angle in its table, for which no number is sampled, or None."""
+    """Return why an arm is unsuitable (a symbolic angle in its table), or None if it is suitable.
+
+    No numbers are sampled for symbolic angles.
+    """
     angles = [symbol.name for symbol in chain.parameters if is_angle_symbol(symbol)]
     return f"its angle {angles[0]} is symbolic" if angles else None
 
 
 def _find_rank_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm whose Jacobian never has full rank, or None."""
+    """Return why an arm is unsuitable (its Jacobian never has full rank), or None if it is suitable."""
     if objection := find_symbolic_angle_objection(chain):
         return objection
     sigma = np.linalg.svd(_evaluate_generic_jacobian(chain), compute_uv=False)
@@ -66,7 +69,10 @@ def _find_rank_objection(chain: Chain) -> str | None:
 
 
 def _find_redundancy_objection(chain: Chain) -> str | None:
-    """Return an objection if the arm is not redundant, never has full rank, or has a joint without effect, or None."""
+    """Return why an arm is unsuitable, or None if it is suitable.
+
+    It is unsuitable if it is not redundant, never has full rank, or has a joint without effect.
+    """
     m, n = len(chain.task), chain.n
     if n <= m:
         task = ", ".join(chain.task)
@@ -78,7 +84,7 @@ def _find_redundancy_objection(chain: Chain) -> str | None:
 
 
 def _find_mixed_joints_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm with revolute and prismatic joints, whose rates have different units, or None."""
+    """Return why an arm is unsuitable (rates with different units), or None if it is suitable."""
     is_mixed = len({joint.kind for joint in chain.joints}) > 1
     return "it has revolute and prismatic joints, whose rates have different units" if is_mixed else None
 
@@ -200,7 +206,10 @@ def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
 
 
 def _find_manipulability_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm whose manipulability is always zero, is constant, or mixes units, or None."""
+    """Return why an arm is unsuitable, or None if it is suitable.
+
+    It is unsuitable if its manipulability is always zero, is constant, or mixes units.
+    """
     m, n = len(chain.task), chain.n
     rows = ", ".join(chain.task)
     if n < m:

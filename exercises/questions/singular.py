@@ -34,16 +34,16 @@ KIND_OPTIONS = {
     "internal": "an internal singularity",
     "regular": "no singularity: the Jacobian has full rank there",
 }
-"""The options of a question on the kind of a configuration, by the kind."""
+"""Answer options for questions about the kind of a configuration, keyed by kind."""
 
 
 MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 150, 200
-"""Maximum numbers of samples for a regular configuration: of samples that seem singular after a mistake, and in
-total."""
+"""When looking for a regular configuration: the maximum number of samples chosen to seem singular after a mistake, and
+of all samples."""
 
 
 def find_singularity_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm without singular configurations, or without regular configurations, or None."""
+    """Return why an arm is unsuitable (no singular or no regular configurations), or None if it is suitable."""
     components = find_singular_set(chain)
     if components is None:
         return "its Jacobian has less than full rank everywhere"
@@ -51,7 +51,7 @@ def find_singularity_objection(chain: Chain) -> str | None:
 
 
 def find_lost_direction_objection(chain: Chain) -> str | None:
-    """Return an objection to an arm that can't lose exactly one of several directions of motion, or None."""
+    """Return why an arm can't lose exactly one of several directions of motion, or None if it can."""
     m = len(chain.task)
     if objection := find_singularity_objection(chain):
         return objection
@@ -142,7 +142,7 @@ def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> Conf
 def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOfOneKind:
     """Return a random regular configuration.
 
-    If possible, it seems singular after an error of a sign or of 90 degrees.
+    If possible, a sign error or an error of 90 degrees makes it look singular.
     """
     roots = [
         (q, values)
@@ -161,7 +161,10 @@ def _sample_regular_configuration(chain: Chain, rng: Stream) -> ConfigurationsOf
 
 
 def _may_become_singular(chain: Chain, joints: JointValues) -> bool:
-    """Return whether det J may be zero at joint values for some lengths, because a factor has terms of both signs."""
+    """Return whether det J at these joint values may be zero for some lengths.
+
+    It may be zero if one of its factors has terms of both signs.
+    """
     if not chain.has_square_jacobian or not chain.parameters:
         return False
     for factor in sp.Mul.make_args(derive(chain).determinant.xreplace(joints)):

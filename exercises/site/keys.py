@@ -189,7 +189,7 @@ def _make_formula_key(problem: Problem, part: Part) -> tuple[Json, SymbolValues]
 
 
 def _find_linear_coefficients(problem: Problem, part: Part, points: SymbolValues) -> Json:
-    """Return the coefficients, in each entry, of each rate, velocity or force in which all entries are linear."""
+    """For each rate, velocity or force in which all entries are linear, return its coefficient in each entry."""
     nodes = [parse_formula(text, problem.domain.roles) for text in part.answer.list_formulas()]
     program, used_names = compile_program(nodes), set().union(*map(find_names, nodes))
     first_points = {name: column[:FINGERPRINT_POINT_COUNT] for name, column in points.items() if name in used_names}
@@ -281,7 +281,7 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
 def _predict_wrong_answers(
     stages: StageResults, part: Part, known_answers: Collection[object]
 ) -> Iterator[PredictedAnswer]:
-    """Yield wrong answers of known mistakes until there are enough, and then of mistakes that are always included.
+    """Yield wrong answers of known mistakes until there are enough; then yield those of ALWAYS_INCLUDED.
 
     The caller adds each new wrong answer to `known_answers` before it asks for the next one.
     """
@@ -419,7 +419,8 @@ def _compute_norm(answer: np.ndarray) -> np.ndarray:
 
 
 _CHAPTER_QUESTIONS = {"determinant-value": ("determinant", _take_first_values), "speed": ("velocity", _compute_norm)}
-"""By numeric short question: the chapter's question from which it follows, and a function that extracts the number."""
+"""Maps each numeric short question to the chapter's question from which it follows, and a function that extracts the
+number."""
 
 
 _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
@@ -427,7 +428,7 @@ _RATE_MISTAKES = frozenset({"rates-in-degrees", "rates-in-turns"})
 
 
 def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarray], np.ndarray]]:
-    """Return a question whose answer the stages give, and a function that extracts the part's numbers from it.
+    """Return a question that the stages answer, and a function that extracts the part's numbers from it.
 
     The question is the part itself, or the chapter's question from which it follows; None if there is no such question.
     """

@@ -113,7 +113,7 @@ class Verdict:
 AWAITS_PERSON = "a person marks this answer"
 """The reason why an answer in words has no points yet."""
 MARKED_BY_PERSON = "a person marked this answer"
-"""The reason for the points of an answer in words."""
+"""The reason for the points that an answer in words earns."""
 
 
 def missing_judgement(reason: str = "you submitted nothing for this part") -> Judgement:

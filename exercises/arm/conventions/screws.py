@@ -1,4 +1,4 @@
-"""Define the convention of screws: an arm is described by its joint axes at home in the space frame {s}.
+"""Define the screw convention: an arm is described by its joint axes at home in the space frame {s}.
 
 The links have no frames. Home is the configuration in which all joint variables are zero. omega_i is an axis at home;
 the prime of omega_i' marks the same axis after earlier joints have moved. Twists are (omega, v) or (v, omega),

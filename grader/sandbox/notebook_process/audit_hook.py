@@ -1,4 +1,4 @@
-"""List the files that a notebook may read, and refuse all other files by an audit hook: the second line of defence.
+"""List the files that a notebook may read, and block all others with an audit hook: the second line of defence.
 
 The hook watches Python code and raises an error that names what the hook refused. The kernel restricts native code, too
 (`isolation`). If the kernel can't, as on macOS, the hook is the only defence.
@@ -51,8 +51,8 @@ CHANGING_EVENTS = ("os.rename", "os.remove", "os.rmdir", "os.mkdir", "os.chmod",
 def is_inside(path: Any, folders: tuple[str, ...]) -> bool:
     """Return whether a path, with links resolved, is in one of the folders.
 
-    The result is also True for the descriptor of an open file, which was checked when it was opened, and for None,
-    which stands for the current folder: the notebook's own folder, or one that it may read.
+    Also return True for the descriptor of an open file (checked when it was opened), and for None (the current folder,
+    which the notebook may read).
     """
     if isinstance(path, int) or path is None:
         return True
