@@ -103,7 +103,7 @@ class _Parser:
         self.index = 0
         """The index of the next token."""
         self.depth = 0
-        if (sign_count := sum(text == "±" for _, text, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
+        if (sign_count := sum(symbol == "±" for _, symbol, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
             raise ParseError(
                 f"the answer has {sign_count} ± signs, and each doubles the number of cases; write out the cases"
             )

@@ -238,7 +238,7 @@ class _UrdfReader:
 
         Raises QdotError if there is no such joint.
         """
-        joints_by_name = {self.read_name(joint): joint for joint in self.joints}
+        joints_by_name = {self.read_name(any_joint): any_joint for any_joint in self.joints}
         names = [self.read_name(joint)]
         while (mimic := joints_by_name[names[-1]].find("mimic")) is not None:
             original = mimic.get("joint", "")

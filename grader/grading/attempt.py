@@ -66,7 +66,7 @@ def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Subm
     for attempt in attempts:
         if not attempt.unreadable_reason:
             name = make_printable(attempt.file.name)
-            notes = [f"{reason}; {name} was graded instead" for reason in unreadable_reasons]
+            notes = [f"{unreadable_reason}; {name} was graded instead" for unreadable_reason in unreadable_reasons]
             readable_attempts.append(replace(attempt, notes=(*notes, *attempt.notes)))
     return readable_attempts or attempts[:1]
 

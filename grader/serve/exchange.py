@@ -180,7 +180,7 @@ def back_up(path: Path) -> None:
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(DATABASE_MEMBER, content.getvalue())
         for key, assignment in load_assignments().items():
-            for file in sorted(path for path in assignment.folder.iterdir() if path.is_file()):
+            for file in sorted(file for file in assignment.folder.iterdir() if file.is_file()):
                 archive.write(file, f"{FOLDERS_MEMBER}/{key}/{file.name}")
     write_atomically(path, buffer.getvalue(), 0o600)
 

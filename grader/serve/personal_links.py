@@ -49,7 +49,7 @@ def write_links(
     tokens = {compute_digest(token): token for _, _, token in old_links}
     if tokens and not Person.objects.filter(link_digest__in=list(tokens)).exists():
         raise QdotError(f"none of the links in {path} belongs to this class; choose another file with --out")
-    url = url or next((url for url, _, _ in old_links if url), find_options().url)
+    url = url or next((old_url for old_url, _, _ in old_links if old_url), find_options().url)
     rows, written = list[tuple[str, ...]](), WrittenLinks(0, [], [], [])
     with transaction.atomic():
         for person in people:
