@@ -364,12 +364,12 @@ class _RobotReader:
 
     def _read_point(self, raw: object, message: str) -> Point:
         """Parse a point: [x, y, z] on the last link, or {frame = 2, offset = [x, y, z]}; `message` is for errors."""
-        frame = len(self.joints)
+        frame, raw_offset = len(self.joints), raw
         if isinstance(raw, dict):
             if {*raw} != {"frame", "offset"} or type(raw["frame"]) is not int or not 0 <= raw["frame"] <= frame:
                 raise QdotError(f"{message}; for another frame, write {{frame = {frame - 1}, offset = [x, y, z]}}")
-            frame, raw = raw["frame"], raw["offset"]
-        x, y, z = self._parse_triple(raw, message)
+            frame, raw_offset = raw["frame"], raw["offset"]
+        x, y, z = self._parse_triple(raw_offset, message)
         return Point(frame, (x, y, z))
 
     # --- axes ---
