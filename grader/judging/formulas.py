@@ -450,15 +450,15 @@ def _describe_matches(match_counts: Sequence[tuple[int, int]], false_count: int)
     partial_count = sum(0 < found_count < expected_count for found_count, expected_count in match_counts)
     total = len(match_counts)
     if partial_count and not complete_count:
-        partial_words = f"{'one' if partial_count == 1 else partial_count} of the {total} conditions"
-        found_words = f"you found part of {'the condition' if total == 1 else partial_words}"
+        of_conditions = f" of {'one' if partial_count == 1 else partial_count} of the {total} conditions"
+        found_words = f"you found only some of the configurations{'' if total == 1 else of_conditions}"
     elif total == 1:
         found_words = "you found the condition" if complete_count else "you did not find the condition"
     elif not complete_count:
         found_words = f"you found none of the {total} conditions"
     else:
         others = "another" if partial_count == 1 else f"{partial_count} others"
-        also_words = f", and part of {others}" if partial_count else ""
+        also_words = f", and some configurations of {others}" if partial_count else ""
         found_words = f"you found {complete_count} of the {total} conditions{also_words}"
     verb = "is" if false_count == 1 else "are"
     false_words = f"; {false_count} of your conditions {verb} wrong" if false_count else ""

@@ -40,7 +40,7 @@ from qdot.grader.reports.feedback_levels import (
 from qdot.grader.reports.grades_table import find_work_status, has_points
 from qdot.grader.reports.part_rows import describe_decisions, describe_override
 
-PAGE_VERSION = 14
+PAGE_VERSION = 15
 """Version of the page; increase it when the page's content changes, so that every page is rewritten."""
 
 OUTCOME_WORDS = dict(zip(Outcome, ("right", "partly right", "wrong", "not answered", "not graded yet"), strict=True))
@@ -141,6 +141,8 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         notes, first_parts = [NO_ANSWERS_NOTE, *notes], []
     elif len(blank_numbers := [part.number for part in parts if _is_blank(part)]) > 1:
         notes = [f"You left {len(blank_numbers)} answers blank: {', '.join(blank_numbers)}.", *notes]
+    elif parts and all(part.result.outcome is Outcome.CORRECT for part in parts):
+        notes = ["All of your answers are right.", *notes]
     numbers = dict[str, str]()
     problems = [
         replace(problem, parts=tuple(_shorten_texts(part, numbers) for part in problem.parts)) for problem in problems

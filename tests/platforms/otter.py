@@ -58,7 +58,8 @@ def _run_otter(software: Path, cwd: Path, *words: str | Path) -> None:
 
 
 def _find_version(version: str) -> str:
-    return next(line for line in version.splitlines() if "otter" in line.casefold()).strip()
+    line = next(line for line in version.splitlines() if "otter" in line.casefold())
+    return line.replace("version: ", "").strip()
 
 
 def _list_tests(autograder: Path) -> set[str]:

@@ -326,6 +326,12 @@ def test_blank_answers_are_listed_once(assignment: Assignment) -> None:
     assert "left the answer blank" not in page.text and "not answered" in page.text
 
 
+def test_a_page_says_whether_all_answers_are_right(assignment: Assignment, mixed_result: Result) -> None:
+    for result, is_right in ((make_result(assignment), True), (mixed_result, False)):
+        _, page = make_page(assignment, result)
+        assert ("All of your answers are right." in page.text) is is_right
+
+
 def test_the_page_is_accessible_html(assignment: Assignment, mixed_result: Result) -> None:
     for result in (mixed_result, make_result(assignment), make_result(assignment, lambda *_: None)):
         text, page = make_page(assignment, result)
