@@ -60,7 +60,7 @@ test("a prediction comes back once its goal is reached, then the explanation ope
   await page.getByRole("button", { name: "Now practise it" }).click();
   await page.getByText(/^Step 1 of \d$/).waitFor();
   await page.getByRole("button", { name: "Skip these steps" }).click();
-  await page.getByText(/0 of \d right in a row: each/).waitFor();
+  await page.getByText(/0 of \d right in a row, at the first try/).waitFor();
   await context.close();
 });
 
@@ -107,7 +107,7 @@ test("in a lesson, what was typed is there after a reload, and Back returns to t
   await page.getByRole("button", { name: "Skip", exact: true }).click();
   await page.getByText("Step 2 of 3", { exact: true }).waitFor();
   await page.getByRole("button", { name: "Skip these steps" }).click();
-  await page.getByText(/0 of \d right in a row: each/).waitFor();
+  await page.getByText(/0 of \d right in a row, at the first try/).waitFor();
   await page.goBack();
   await page.getByText("Step 2 of 3", { exact: true }).waitFor();
   await page.goBack();
@@ -227,7 +227,7 @@ test("errors in a link are reported, and a set has ten problems", async () => {
 test("in a German browser examples, their list, the gallery and the documentation's titles are German", async () => {
   for (const [path, text] of [
     ["examples/6-2.html", /Beispiel 6\.2: inverse Geschwindigkeit/],
-    ["examples/index.html", /ist das gedruckte Kapitel falsch oder unvollständig/],
+    ["examples/index.html", /enthält das gedruckte Kapitel einen Fehler/],
     ["arms.html", /Ebener 2R-Arm/],
     ["docs/index.html", /Wie eine Antwort beurteilt wird/],
   ]) {

@@ -124,7 +124,7 @@ test("an upload asks before it replaces answers, and the old answer can be submi
     await page
       .locator('input[type="file"]')
       .setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(content) });
-    await page.getByText("The notebook replaces all answers").waitFor();
+    await page.getByText("it replaces all your submitted answers").waitFor();
     await page.getByRole("button", { name: "Submit anyway" }).click();
   };
   await upload("broken.ipynb", '{"cells": [');

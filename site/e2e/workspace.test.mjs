@@ -94,14 +94,17 @@ for (const robot of ["anthropomorphic-6r", "panda"])
     await page.locator(".arm-jacobian td").first().waitFor();
     await page.locator(".arm-map-canvas:not([hidden])").waitFor();
     const parts = [".arm-map .arm-row", ".arm-map-frame", ".arm-map .arm-legend", ".arm-map > .arm-hint"];
-    for (const part of parts) await page.locator(part).waitFor(); // each appears when it is worked out
     await drawn(page);
     const cut = await page.locator(".arm-jacobian").evaluate((table) => {
       const last = table.querySelector("tbody td:last-child").getBoundingClientRect();
       return last.right - table.parentElement.getBoundingClientRect().right;
     });
     assert.ok(cut <= 1, `${cut} pixels of J are cut off`);
-    const boxes = await Promise.all(parts.map((part) => boxOf(page, part)));
+    const measured = await page.waitForFunction((selectors) => {
+      const found = selectors.map((part) => document.querySelector(part)?.getBoundingClientRect());
+      return found.every((box) => box?.height > 0) && found.map(({ y, height }) => ({ y, height }));
+    }, parts); // each appears when it is worked out
+    const boxes = await measured.jsonValue();
     for (let i = 1; i < boxes.length; i += 1) {
       const above = boxes[i - 1].y + boxes[i - 1].height;
       assert.ok(boxes[i].y >= above - 1, `${parts[i]} lies ${above - boxes[i].y} pixels over what is above it`);
