@@ -86,7 +86,7 @@ class Mistake:
 
     - `title`, `message`: the title in lists, and the message to the student, with placeholders in braces.
     - `source`: the equation, example or section of the chapter to read; "" for none.
-    - `is_rare`: whether the student is told about this mistake only if no other mistake gives the same answer.
+    - `is_rare`: whether qdot reports this mistake only if no other mistake gives the same answer.
     - `frequency`: how often the mistake is made, relative to other mistakes that give the same answer.
     - `equivalent_mistakes`: the names of mistakes that give the same answer on some arms.
     - `requires`: the feature that the arm's convention must have; "" for none.

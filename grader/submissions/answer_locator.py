@@ -2,7 +2,7 @@
 
 An answer cell is a cell whose metadata name a part. The value of the part's variable at the end of the notebook counts,
 because students who run all cells see the same value. If that value is missing or blank, qdot may use another one and
-tells the student in a note. In notes, cells are numbered from the top, including text cells.
+notes this for the student. In notes, cells are numbered from the top, including text cells.
 """
 
 import ast
