@@ -164,11 +164,11 @@ def _list_values(values: Node) -> list[Node]:
 
 
 def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece]:
-    """Return a piece for each factor of a product that vanishes: one for 1/csc(theta2), two for d3*sin(theta2)."""
+    """Return a piece for each factor of a product that vanishes, as in d3*sin(theta2) = 0."""
     node = _strip_powers(node)
     compile_program([node])
     factors, divisors = _split_product(node, frozenset(joints))
-    if not factors or not _vanishes_with_each_factor(factors, divisors, frozenset(joints)):
+    if len(factors) < 2 or not _vanishes_with_each_factor(factors, divisors, frozenset(joints)):
         return [(Atom(case),) for case in _list_whole_number_cases(node)]
     return [
         (Atom(ZERO, str(factor.value)) if factor.kind == "name" and factor.value in joints else Atom(case),)

@@ -200,7 +200,7 @@ function listSingleValues(values: Node): readonly Node[] {
 function buildVanishingClaims(tree: Node, joints: ReadonlySet<string>): Claim[] {
   const zero = simplifyZero(tree);
   const { factors, divisors } = splitProduct(zero, joints);
-  const isSplit = factors.length > 0 && vanishesWithEachFactor(factors, divisors, joints);
+  const isSplit = factors.length > 1 && vanishesWithEachFactor(factors, divisors, joints);
   return (isSplit ? factors : [zero]).flatMap((factor) =>
     substituteWholeNumbers(factor).map((expression) => [
       isSplit && factor.kind === "name" && joints.has(factor.text)
