@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -146,6 +147,14 @@ def test_a_students_project_is_checked_on_gitlab(machine: Machine, clone: Path, 
 def test_grading_on_gitlab_fails_if_collecting_fails(machine: Machine, clone: Path, wheel_path: str) -> None:
     process = run_on_gitlab("grade", machine, clone, install=wheel_path)
     assert process.returncode != 0 and "QDOT_TOKEN is not set" in process.stderr
+
+
+@pytest.mark.parametrize(("name", "inputs"), [("grade", {}), ("check", {"notebook": "x.ipynb"})])
+def test_a_component_installs_our_distribution_by_default(name: str, inputs: dict[str, object]) -> None:
+    """`qdot` on the package index is a stranger's package, which must not run where the secret is."""
+    (job,) = expand_component(ROOT / "templates" / f"{name}.yml", inputs).values()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert job["variables"]["QDOT_INSTALL"] == project["name"]
 
 
 def test_action_and_components_are_valid(tmp_path: Path) -> None:
