@@ -149,8 +149,8 @@ class Chain:
     - `tool`: the point of interest P; if `tool` is None, P is the origin of the last frame.
     - `convention`: how the arm is presented to people, one of CONVENTIONS. The convention determines the frames of the
       links (`compute_link_frames`), but not how the arm moves.
-    - `axis_points`: for each joint, the point on the joint's axis at home that the arm's file states (world frame, m),
-      or None for a prismatic joint. The tuple is empty if the file states no points.
+    - `axis_points`: for each revolute joint, a point on its axis at home, as stated in the arm's file (world frame, m);
+      None for each prismatic joint. The tuple is empty if the file states no points.
     - `twist_order`: the order of omega and v in twists, one of TWIST_ORDERS, for an arm that is described by its axes.
 
     Home is the configuration in which all joint variables are zero.

@@ -174,8 +174,8 @@ Counterexample = EntryDifference | SetDifference
 class Certificate:
     """The evidence for a verdict: the method, the number of points, and a bound on the chance of a false acceptance.
 
-    For the method "exact", the bound holds for any wrong answer. For "numeric", it holds for an answer that is wrong at
-    a share of the points of at least WRONG_SHARE, or WRONG_SHARE_BRANCHING if functions have branches. If `bound` is
+    For the method "exact", the bound holds for any wrong answer. For "numeric", it holds if the answer is wrong at a
+    large share of all points: at least WRONG_SHARE, or WRONG_SHARE_BRANCHING if functions have branches. If `bound` is
     None, no bound is known.
     """
 

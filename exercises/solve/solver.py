@@ -64,8 +64,9 @@ class Solution:
     - `position`: the position of the point of interest (3 x 1, m).
     - `jacobian`: the linear rows of the geometric Jacobian (3 x n).
     - `geometric`: the geometric Jacobian (6 x n), linear rows first.
-    - `determinant`: the determinant of the task Jacobian; None if the Jacobian is not square, or the formula too long.
-    - `singular`: the components of the singular set; None if every configuration is singular, or the formulas too long.
+    - `determinant`: the determinant of the task Jacobian; None if J is not square, or if the formula is too long.
+    - `singular`: the components of the singular set; None if every configuration is singular, or if the formulas are
+      too long.
     - `note`: remarks on the results, for example why some are missing; None if there are no remarks.
     - `redundant`: how elimination found the singular set of an arm with more joints than task rows, or None.
     """

@@ -91,7 +91,7 @@ class Verdict:
 
     `group` is the key that all equivalent wrong answers share (`diagnosis.groups`). If the answer follows from a wrong
     answer to an earlier part, `followed_from` is that part, and `follows` says which entries follow. `attempt` is
-    whether a symbolic answer is a real attempt at this arm, as each correct answer is; None for options, or if unknown.
+    whether a formula is a real attempt at this arm (docs/judging.md); None for options, or if unknown.
     """
 
     part: str

@@ -120,8 +120,8 @@ SAMPLE_FAMILY = "planar-2r"
 
 AXES_IN_WORDS = {
     "lengths": "numbers for some lengths of the table, in steps of 5 cm",
-    "zeros": "joint offsets: angles with known sines, displacements in centimetres",
-    "senses": "directions of axes: twists of 90° or −90°, 0° or 180°",
+    "zeros": "joint offsets: angles with well-known sines, such as 30°, and distances in centimetres",
+    "senses": "directions of axes: a twist of 90° may become −90°, and one of 0° may become 180°",
     "base": "position and orientation of the base: on the floor, on a wall, under the ceiling",
     "tool": "position of the point of interest: the origin of the last frame, or beside or beyond it",
     "task": "the rows of the task: the plane in which an arm stands",
