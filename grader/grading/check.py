@@ -66,7 +66,7 @@ class CheckedNotebook:
 
 
 def check_notebook(path: Path) -> CheckedNotebook:
-    r"""Run a notebook and return the answers that the grader would find. Raises QdotError.
+    r"""Run a notebook and return the answers that the grader would find. Raises QdotError if it can't be checked.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:

@@ -43,7 +43,7 @@ def find_expected_form(problem: Problem, part: Part) -> ExpectedForm:
 
 
 def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "") -> answer_parser.ParsedAnswer:
-    """Parse a text as the answer to a part; `functions_seed` determines where a student's Python function was called.
+    """Parse a text as the answer to a part. `functions_seed` determines at which values a Python function was called.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])

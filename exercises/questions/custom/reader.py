@@ -73,7 +73,7 @@ class QuestionEntry(pydantic.BaseModel):
     answer: str | None = None
     """The formula of the answer, or "text" if a person marks it. Each question has either `answer` or `options`."""
     options: list[str | OptionEntry] | None = None
-    """The options of a choice, shuffled for each student. If none is marked as right, the first one is."""
+    """The options of a choice, shuffled for each student. If none is marked as right, the first one is right."""
     shown: Literal["text", "formula"] = "text"
     """Whether options in quotes are texts or formulas."""
     given: list[str] | dict[str, str | float | int | list[float | int]] = []
