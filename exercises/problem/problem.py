@@ -252,7 +252,7 @@ class Part:
 
     - `name` is unique in the problem. `kind` is the name of the question in the registry of all questions.
     - `prerequisites` are the names of the problem's parts whose results help to find this answer.
-    - `details` has what the part states or uses besides its answer, in a class for this kind of question.
+    - `details` contains the other values that the part states or uses, in a class for this kind of question.
     - `rounding` is the error that the assignment allows for decimals. If it is None, formulas are exact and numbers
       have three digits.
     - `credit` is the assignment's rule for partly correct answers.
