@@ -113,7 +113,7 @@ class Joint(HasKind):
 
 @dataclass(frozen=True)
 class Base:
-    """The pose of frame O_0 in the world: its position (m), and its rotation by `yaw` about z_w, then `tilt` about x_0."""
+    """The pose of frame O_0 in the world: position (m), and rotation by `yaw` about z_w, then by `tilt` about x_0."""
 
     position: Triple = (sp.S.Zero, sp.S.Zero, sp.S.Zero)
     yaw: sp.Expr = sp.S.Zero

@@ -263,7 +263,7 @@ class Slot:
 
 @dataclass(frozen=True)
 class Assignment:
-    """An assignment, its roster and its secret; `notes` warn the staff about probable errors in its files.
+    """An assignment, its roster and its secret; `notes` warn the staff about probable errors.
 
     If a platform has exported roster.csv, `class_list` is that export. `replacements` lists the replaced problems.
     """
