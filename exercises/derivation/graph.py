@@ -273,9 +273,10 @@ def _compute_origins_on_axes(stages: StageResults) -> np.ndarray:
 
 def compute_convention_rotation(stages: StageResults, frame: int) -> np.ndarray:
     """Return the rotation of the frame with a number (from 0) in the arm's convention, (3, 3, …)."""
-    rotation = stages["rotations"][frame]
-    if convention_of(stages.chain).is_proximal and frame:
-        rotation = matrix_product(rotation, make_rotation_x(stages, -stages["table"].rows[frame - 1].alpha))
+    rotation, table = stages["rotations"][frame], stages["table"]
+    if convention_of(stages.chain).is_proximal:  # in a modified table, the next row contains alpha
+        alpha = table.rows[frame - 1].alpha if frame else table.base_tilt
+        rotation = matrix_product(rotation, make_rotation_x(stages, -alpha))
     return np.asarray(stages.arithmetic.drop_derivatives(rotation))
 
 

@@ -190,11 +190,14 @@ class StageQuantities(ABC):
 
     def _find_origin(self, frame: int) -> np.ndarray:
         """Return the origin of a frame of the arm's convention, (3, …)."""
-        if not convention_of(self.stages.chain).is_proximal:
+        convention = convention_of(self.stages.chain)
+        if not convention.is_proximal:
             return np.asarray(self.stages["origins"][frame])
         if frame:
             return np.asarray(self.stages["origins on axes"][frame - 1])
-        return np.asarray(self.stages.arithmetic.drop_derivatives(self.stages["table"].base[0]))
+        position = self.stages.arithmetic.drop_derivatives(self.stages["table"].base_position)
+        # A shift along x may belong to the first row of the table; frame 0 is then the world frame.
+        return np.asarray(position if any(convention.base.position) else 0 * position)
 
     def make_constant(self, value: Fraction) -> np.ndarray:
         """Return a number."""

@@ -946,6 +946,15 @@ def test_formula_language_excludes_python_code() -> None:
     assert isinstance(parse("p.x^2"), ast.BinOp)
 
 
+@pytest.mark.parametrize("answer", ["p - o0", "R03", "cross(z0, p)"])
+def test_formulas_may_name_frame_0_of_a_modified_table(answer: str) -> None:
+    """Frame 0 is upright at the base, although the first row of the table may tilt and shift the arm."""
+    definition = Definition("mine", answer, (Texts("Mine", "x"),))
+    for seed in range(3):
+        problem = generate(f"elbow-3r/{seed}@modified-dh", ["mine"], definitions=[definition])
+        assert find_failures(problem) == []
+
+
 def test_equal_definitions_make_the_same_question() -> None:
     definition = Definition("mine", "norm(v)", (Texts("Mine", "x"),), given=(GivenValue("pose"), GivenValue("rates")))
     assert make_question(definition) is make_question(definition)
