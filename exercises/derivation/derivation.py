@@ -38,7 +38,8 @@ Values = dict[sp.Symbol, sp.Expr]
 MAX_MINOR_TERMS = 3000
 """Maximum number of terms in all maximal minors of a Jacobian together; the seven minors of a Panda have 400."""
 LONG_MINOR_TERMS = 100
-"""If the minors have more terms together, the singular configurations are found by elimination (`reciprocal`)."""
+"""If the minors together have more terms, the singular configurations are found by elimination
+(`singularities.reciprocal`)."""
 
 
 class TooLong(QdotError):
@@ -65,6 +66,7 @@ def make_symbolic_arm(chain: Chain) -> SymbolicArm:
     values: Values = {q: q + offset for q, offset in zip(chain.q, chain.offsets, strict=True) if offset != 0}
 
     def replace_by_symbol(name: str, value: sp.Expr) -> sp.Expr:
+        """Return the symbol that replaces an entry of the arm, or the entry if it stays; store the symbol's value."""
         symbol = sp.Symbol(name)
         if symbol in chain.q:
             return symbol
@@ -296,7 +298,7 @@ class Derivation:
         """Return a matrix of the symbolic arm with this arm's numbers and symbols substituted.
 
         The DH table of an arm that is described by its axes has roots and arctangents that students don't know. These
-        are removed where possible.
+        are removed if possible.
         """
         new_matrix = matrix.applyfunc(self.substitute_values)
         if convention_of(self.chain).shows_table:

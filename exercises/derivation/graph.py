@@ -33,7 +33,7 @@ from qdot.exercises.derivation.arithmetic import (
 )
 
 RESULT = "result"
-"""The name of the last stage: the answer as the student writes it, (rows, columns, …)."""
+"""The name by which mistakes change the finished answer, (rows, columns, …), after all stages; it is not in STAGES."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,7 @@ class Table:
     base_position: np.ndarray
     """The position of the base, (3, …)."""
     base_yaw: np.ndarray
+    """The angle (rad) by which the base is rotated about z_w; it is then rotated by `base_tilt` (rad) about x_0."""
     base_tilt: np.ndarray
     point_offset: np.ndarray
     """The coordinates of the point of interest in the frame in which it is fixed, (3, …)."""
@@ -73,9 +74,9 @@ Change = Callable[["StageResults", Any], Any]
 class StageResults:
     """The results of a derivation for one arm in one arithmetic; stages (STAGES) are computed on demand.
 
-    `changes` are the mistakes in the derivation, each with the name of its stage. `with_mistakes` adds mistakes to
-    earlier results: then these are the `base_results`, and the added mistakes are the `new_changes`. Results that the
-    new mistakes can't affect are taken from `base_results`.
+    `changes` are the mistakes in the derivation, each with the name of its stage. `with_mistakes` returns a copy with
+    further mistakes, the `new_changes`. The copy takes the results that they can't affect from `base_results`, the
+    original.
     """
 
     chain: Chain
@@ -94,6 +95,7 @@ class StageResults:
         return self._results[stage]
 
     def _compute(self, stage: str) -> Any:
+        """Return the result of a stage, after the mistakes in this stage."""
         is_affected = any(name in list_prerequisites(stage) for name, _ in self.new_changes)
         if self.base_results is None or is_affected:
             result, changes = STAGES[stage].compute_result(self), self.changes
@@ -486,7 +488,7 @@ STAGES: dict[str, Stage] = {
 """The stages by name.
 
 "linear rows" is normally computed from "link derivatives" alone. A mistake may replace its result by
-`propagate_linear_rows`, which uses the other stages.
+`propagate_linear_rows`, which uses the other stages. "length unit" is 1, unless a mistake changes the unit of lengths.
 """
 
 

@@ -213,10 +213,10 @@ class Question:
 
     If the answer is computed from stages of the derivation, these fields describe it:
 
-    - `formula`: the answer in the language of custom questions (`language`), such as "p" or "inv(J)*xd". Of a vector of
-      three, only the components in which the names in `name_entries` end are asked for. If the language can't describe
-      the answer, the answer is the result of `stage`, with its rows in the order `row_order`, or `compute` computes the
-      answer from the stages.
+    - `formula`: the answer in the language of custom questions (`language`), such as "p" or "inv(J)*xd". If
+      `name_entries` names only some entries of a vector of three, the last letters of these names (x, y or z) say which
+      components are asked for. If the language can't describe the answer, it is the result of `stage` with its rows in
+      the order `row_order`, or `compute` computes it from the stages.
     - `differentiates_substitute`: whether the substitution needs derivatives of the student's answer.
     - `substitution`: returns the changes of stages that replace correct results by a student's answer. By default, the
       answer replaces the stage that is asked for.
@@ -240,7 +240,7 @@ class Question:
 
     `is_made_of_jacobian` means that the answer is derived from a given J. `is_made_of_minors` means that it consists of
     minors of J, which take minutes to derive as formulas if there are many joints. If such an answer is a single
-    formula, its factors are compared.
+    formula, the grader compares it factor by factor.
 
     `link_sums` is "links" if each entry is a sum over the links, and "columns of links" if each column has such sums.
     `find_link_sum_rows` returns the rows with these sums, each with its axis (0 to 2). The `constant_last_row`, if any,
@@ -346,7 +346,7 @@ class Question:
 
     @property
     def is_long_in_formulas(self) -> bool:
-        """Whether the answer is made of minors, whose formulas are too long if there are many joints."""
+        """Whether the answer comes from minors of J, whose formulas are too long if there are many joints."""
         return self.is_made_of_minors or self.zero_formula != ""
 
     def list_names_to_type(self, chain: Chain, part: Part) -> tuple[str, ...]:
@@ -380,5 +380,5 @@ class Question:
             return str(error)
 
     def find_obstacle(self, chain: Chain) -> str | None:
-        """Return why the question can't be asked about an arm, which may be the length of the answer, or None."""
+        """Return why the question can't be asked, for example because the answer is too long; None if it can."""
         return self.find_objection(chain) or self.find_size_objection(chain)

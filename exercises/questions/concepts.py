@@ -88,8 +88,8 @@ class JointEffectDetails(ConfigurationDetails):
 def _choose_rows(chain: Chain) -> tuple[str, ...]:
     """Return the velocity components that options on a joint's effect show.
 
-    The components are those of the velocity of P. If the task has no linear rows, or if P moves in one component only,
-    they are those of the angular velocity of the last link.
+    Options show the velocity of P. If the task has no linear rows, or if P moves in one component only, they show the
+    angular velocity of the last link.
     """
     rows = find_moving_rows(derive(chain).geometric_jacobian)
     is_linear = bool(chain.linear_axes) and sum(row[0] == "v" for row in rows) >= 2
@@ -131,9 +131,9 @@ def _make_wrong_columns(
 ) -> list[sp.Matrix]:
     """Return wrong columns for a joint (an index); `jacobian` has the rows of J that the options show.
 
-    A wrong column is that of another joint, the vector p* of the joint, the cross product with the p* of the next
-    origin, or the correct column with x and y confused. `linear_rows` are the linear rows (0 to 2) among the shown
-    rows. Columns that are nearly zero are left out.
+    The wrong columns are those of other joints, the vector p* of the joint, the cross product with the p* of the next
+    origin, and the correct column with x and y confused. Columns that are nearly zero are left out. `linear_rows` are
+    the linear rows (0 to 2) among the shown rows.
     """
     column = jacobian.col(joint)
     vectors = [jacobian.col(i) for i in range(chain.n) if i != joint]
@@ -184,6 +184,7 @@ INVERTIBILITY_ANSWERS = {
     "redundant": "no: $J$ has more columns than rows, and infinitely many joint rates give the same velocity",
     "few": "no: $J$ has more rows than columns, and most velocities can't be produced by any joint rates",
 }
+"""Maps each kind of Jacobian to the answer whether (6.7) can be used; "few" stands for too few joints."""
 
 
 @dataclass(frozen=True, kw_only=True)

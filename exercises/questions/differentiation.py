@@ -1,6 +1,6 @@
 """Position, velocity and Jacobian by direct differentiation (6.1 to 6.4; Examples 6.1 and 6.3)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import sympy as sp
@@ -9,7 +9,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.derivation.graph import Change, StageResults
-from qdot.exercises.problem.problem import Details, Part, ResultChoiceDetails
+from qdot.exercises.problem.problem import Details, Part, ResultChoiceDetails, recorded_as
 from qdot.exercises.questions import base
 from qdot.exercises.questions.base import Question
 from qdot.exercises.reference_answers import Expression
@@ -28,24 +28,24 @@ class TaskDetails(Details):
 
 
 def find_determinant_power_of_metres(chain: Chain, part: Part) -> int | None:
-    """Return k if the unit of a determinant is m^k, the number of linear rows minus the number of prismatic joints.
+    """Return k for the unit m^k of a determinant: the number of linear rows minus the number of prismatic joints.
 
-    Return None for other parts.
+    Return None for parts that do not ask for a determinant.
     """
     if part.kind != "determinant":
         return None
-    return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) - (chain.n - len(chain.revolute_joints))
+    return sum(row[0] == "v" for row in part.details_as(TaskDetails).task) - len(chain.prismatic_joints)
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxesDetails(Details):
     """Details of a question about coordinates of P; `axes` are the names of the coordinates: "x", "y", "z".
 
-    `by_links` says whether the velocities are written link by link, as in Example 6.1.
+    `is_written_by_links` says whether the velocities are written link by link, as in Example 6.1.
     """
 
     axes: tuple[str, ...]
-    by_links: bool = False
+    is_written_by_links: bool = field(default=False, metadata=recorded_as("by_links"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,7 +138,9 @@ QUESTIONS = (
     Question(
         "velocity", "Cartesian velocity", "6.2", prerequisites=("position",),
         formula="v", derive_matrix=lambda chain, _: write_linear_velocity(chain),
-        make_details=lambda chain, _: AxesDetails(axes=chain.linear_axes, by_links=_is_written_by_links(chain)),
+        make_details=lambda chain, _: AxesDetails(
+            axes=chain.linear_axes, is_written_by_links=_is_written_by_links(chain)
+        ),
         name_entries=lambda chain, _: base.name_velocity_components([row for row in chain.task if row[0] == "v"]),
         find_arm_objection=_find_task_objection, find_size_objection=base.limit_terms("linear_rows"),
     ),

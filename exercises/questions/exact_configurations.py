@@ -2,8 +2,8 @@
 
 The singular set consists of components. A component is given by values of some joints (its solutions), or by conditions
 on several joints. Sampled singular configurations are exact: joints have the values in a component, or a condition is
-solved for one joint. A problem shows values that are not simple numbers rounded, but the reference answer is computed
-at the exact configuration, with 30 digits.
+solved for one joint. A problem rounds the joint values that are not simple numbers, but its reference answer is
+computed from the exact values, with 30 digits.
 """
 
 from collections.abc import Callable, Sequence
@@ -38,8 +38,9 @@ MAX_MISLEADING_TRIES, MAX_REGULAR_TRIES = 30, 60
 total."""
 MAX_GRID_JOINTS = 4
 """Maximum number of joints in conditions whose exact zeros are found by a search on a grid; more take too long."""
-MIN_PRECISION_BITS, MAX_BINARY_SIZE = 86, 1e6
-"""Minimum precision in bits (about 25 digits), and maximum absolute value, of numbers that mpmath rounds."""
+MIN_PRECISION_BITS, MAX_MPMATH_VALUE = 86, 1e6
+"""Minimum precision in bits (about 25 digits), and maximum absolute value, of numbers that mpmath rounds. SymPy, which
+is slower, rounds the others."""
 
 Roots = Sequence[tuple[sp.Symbol, tuple[sp.Expr, ...]]]
 """Joints, each with the values at which a condition holds."""
@@ -57,7 +58,7 @@ class ExactConfiguration(Configuration):
 
     @property
     def figure_values(self) -> dict[str, float]:
-        """The joint values for a figure, by the names of the joint variables."""
+        """The joint values for a figure, to 10 digits, by the names of the joint variables."""
         return {q.name: float(sp.Float(sp.N(value, DIGITS), 10)) for q, value in self.joints.items()}
 
     @property
@@ -94,19 +95,19 @@ def make_exact_configuration(
     """
     exact_values, rounded_values = dict(joints), {}
     for q, joint in zip(chain.q, chain.joints, strict=True):
-        unit, decimals = (180 / sp.pi, 2) if joint.is_revolute else (sp.S.One, 4)
-        simple_steps = sp.Integer(10 if joint.is_revolute else 10000) * unit
-        if (simple_steps * joints[q]).is_Integer or (keeps_formulas and not joints[q].has(sp.Float)):
+        factor, decimals = (180 / sp.pi, 2) if joint.is_revolute else (sp.S.One, 4)  # to degrees, or metres unchanged
+        steps_per_unit = sp.Integer(10 if joint.is_revolute else 10000) * factor
+        if (steps_per_unit * joints[q]).is_Integer or (keeps_formulas and not joints[q].has(sp.Float)):
             continue
         number = sp.N(joints[q], WORKING_DIGITS)
-        scaled_number = sp.N(simple_steps, WORKING_DIGITS) * number
-        nearest_step = sp.Integer(round_to_integer(scaled_number))
-        if abs(scaled_number - nearest_step) < sp.Float("1e-25"):
-            exact_values[q] = nearest_step / simple_steps
+        step_count = sp.N(steps_per_unit, WORKING_DIGITS) * number
+        nearest_integer = sp.Integer(round_to_integer(step_count))
+        if abs(step_count - nearest_integer) < sp.Float("1e-25"):  # a simple value, apart from rounding
+            exact_values[q] = nearest_integer / steps_per_unit
         else:
             exact_values[q] = number
-            shown_steps = round_to_integer(sp.N(unit, WORKING_DIGITS) * number * 10**decimals)
-            rounded_values[q] = sp.Rational(shown_steps, 10**decimals)
+            numerator = round_to_integer(sp.N(factor, WORKING_DIGITS) * number * 10**decimals)
+            rounded_values[q] = sp.Rational(numerator, 10**decimals)
     return ExactConfiguration(dict(lengths), exact_values, rounded_values)
 
 
@@ -118,7 +119,7 @@ def round_to_integer(value: sp.Expr) -> int:
     >>> round_to_integer(sp.Float("-7.51", 30)), round_to_integer(sp.Float("2.5", 30)), round_to_integer(sp.S.Zero)
     (-8, 2, 0)
     """
-    if isinstance(value, sp.Float) and value._prec >= MIN_PRECISION_BITS and abs(float(value)) < MAX_BINARY_SIZE:
+    if isinstance(value, sp.Float) and value._prec >= MIN_PRECISION_BITS and abs(float(value)) < MAX_MPMATH_VALUE:
         nearest_integer = mpmath.libmp.to_int(value._mpf_, mpmath.libmp.round_nearest)
         if abs(abs(value - nearest_integer) - sp.Rational(1, 2)) > sp.Float("1e-15"):
             return int(nearest_integer)
@@ -154,7 +155,7 @@ def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: 
     """Return the value of a matrix of formulas at a configuration, to 30 digits; values below ZERO become zero."""
 
     def evaluate_entry(entry: sp.Expr) -> sp.Expr:
-        value = sp.N(entry, DIGITS, maxn=60)
+        value = sp.N(entry, DIGITS, maxn=60)  # with up to 60 digits in intermediate results
         return sp.S.Zero if abs(value) < ZERO else value
 
     return matrix.xreplace(configuration.values).applyfunc(evaluate_entry)
@@ -163,7 +164,7 @@ def evaluate_precisely(chain: Chain, configuration: ExactConfiguration, matrix: 
 def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> sp.Matrix:
     """Return the unit vector u (m x 1) with u^T J = 0 at a singular configuration, to 30 digits.
 
-    The first entry of u with an absolute value above 1e-3 is positive.
+    The first entry of u with an absolute value above 1e-3 is positive. Entries below 1e-12 become zero.
     """
     jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     with mpmath.workdps(DIGITS):
@@ -187,9 +188,10 @@ def sample_regular_configuration(
     The ratio of the smallest to the largest singular value is at least `min_ratio`. If `prefers_misleading`, the first
     samples are configurations that seem singular to students who make a sign error or an error of 90 degrees.
     """
-    components = find_singular_set(chain) or () if prefers_misleading else ()
-    roots = [solution for component in components for solution in component.solutions or ()]
+    roots: list[tuple[sp.Symbol, tuple[sp.Expr, ...]]] = []
     if prefers_misleading:
+        for component in find_singular_set(chain) or ():
+            roots += component.solutions or ()
         roots += find_formula_roots(chain)
     for attempt in range(MAX_REGULAR_TRIES):
         lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
@@ -216,7 +218,7 @@ def find_formula_roots(chain: Chain) -> Roots:
 
 
 def sample_false_root(roots: Roots, lengths: Lengths, rng: Stream) -> JointValues:
-    """Return a wrong value of a random joint: a root with a sign error, or an error of 90 degrees or 0.1 m."""
+    """Return a wrong value of a random joint: a root with a sign error, an error of 90 degrees or 0.1 m, or both."""
     joint, values = rng.choice(roots)
     shift = rng.choice((sp.pi / 2, -sp.pi / 2)) if is_joint_angle(joint) else sp.Rational(1, 10)
     value = rng.choice(values).xreplace(dict(lengths))
@@ -232,7 +234,7 @@ def sample_singular_configuration(
     needs_no_rounding: bool = False,
     keeps_formulas: bool = False,
 ) -> ExactConfiguration | None:
-    """Return a random configuration that is on all `components`, and at which J clearly loses rank, or None.
+    """Return a random configuration on all `components`, at which J clearly loses rank; None if none is found.
 
     If `lost_rank` is given, J loses exactly that much rank. If `has_varied_lengths`, the numbers for symbolic lengths
     differ by up to a factor of 12. If `needs_no_rounding`, no joint value is shown rounded. If `keeps_formulas` as
@@ -249,6 +251,7 @@ def sample_singular_configuration(
         configuration = make_exact_configuration(chain, lengths, joints, keeps_formulas)
         if needs_no_rounding and configuration.rounded_values:
             continue
+        # With very different lengths, singular values that are not zero may be smaller.
         threshold = NONZERO_THRESHOLD / 5 if has_varied_lengths else NONZERO_THRESHOLD
         full_rank, rank = compute_full_rank(chain), compute_rank(chain, configuration, threshold)
         if rank is not None and rank < full_rank and lost_rank in (None, full_rank - rank):
@@ -289,7 +292,7 @@ def sample_unequal_lengths(chain: Chain, rng: Stream) -> Lengths:
 
 def _sample_varied_lengths(chain: Chain, rng: Stream) -> Lengths:
     """Return random lengths from 0.12 m upwards, each about 1.3 times as long as the next shorter one."""
-    sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]
+    sizes = [12 * 13**i // 10**i for i in range(max(10, len(chain.parameters)))]  # in cm
     pairs = zip(chain.parameters, rng.permutation(sizes), strict=False)
     return {symbol: sp.Rational(size + rng.integer_below(2), 100) for symbol, size in pairs}
 
@@ -377,7 +380,7 @@ def _sample_values_on_components(
     sampled_values = sample_joint_values(chain, rng)
     unsolved_components = [component for component in components if component.solutions is None]
     for condition, *other_conditions in (component.conditions for component in unsolved_components):
-        if other_conditions:
+        if other_conditions:  # one joint can't fulfil several conditions
             return None
         free_joints = [q for q in chain.q if condition.has(q) and q not in fixed_values]
         if not free_joints:
@@ -414,14 +417,14 @@ def _sample_unrounded_values_on_components(
         return fixed_values
     if not 0 < len(grid_joints) <= MAX_GRID_JOINTS:
         return None
-    steps = {
-        q: [wrap_angle(chain, q, k * sp.pi / 6 - offset) for k in range(12)]
-        if joint.is_revolute
-        else [sp.Rational(k, 20) for k in range(2, 17)]
-        for q, joint, offset in zip(chain.q, chain.joints, chain.offsets, strict=True)
-        if q in grid_joints
-    }
-    grid = np.meshgrid(*([float(value) for value in steps[q]] for q in grid_joints), indexing="ij")
+    grid_values = {}
+    for q in grid_joints:
+        index = chain.q.index(q)
+        if chain.joints[index].is_revolute:
+            grid_values[q] = [wrap_angle(chain, q, k * sp.pi / 6 - chain.offsets[index]) for k in range(12)]
+        else:
+            grid_values[q] = [sp.Rational(k, 20) for k in range(2, 17)]  # 0.1 m to 0.8 m
+    grid = np.meshgrid(*([float(value) for value in grid_values[q]] for q in grid_joints), indexing="ij")
     constants = {**lengths, **fixed_values}
     values = {symbol.name: np.full(grid[0].size, float(sp.N(value))) for symbol, value in constants.items()}
     values |= {q.name: axis.ravel() for q, axis in zip(grid_joints, grid, strict=True)}
@@ -429,8 +432,8 @@ def _sample_unrounded_values_on_components(
     zero_indices = np.argwhere(residuals.reshape(grid[0].shape) < 1e-9)
     if not len(zero_indices):
         return None
-    grid_index = rng.choice(zero_indices.tolist())
-    joints = {**fixed_values, **{q: steps[q][index] for q, index in zip(grid_joints, grid_index, strict=True)}}
+    chosen_indices = rng.choice(zero_indices.tolist())
+    joints = {**fixed_values, **{q: grid_values[q][k] for q, k in zip(grid_joints, chosen_indices, strict=True)}}
     exact_values = {**lengths, **joints}
     residuals_at_joints = (sp.N(condition.xreplace(exact_values), DIGITS) for condition in conditions)
     return joints if all(abs(residual) < ZERO for residual in residuals_at_joints) else None
@@ -439,7 +442,7 @@ def _sample_unrounded_values_on_components(
 def _sample_formulas_on_component(
     chain: Chain, components: Sequence[Component], lengths: Lengths, rng: Stream
 ) -> JointValues | None:
-    """Return joint values on a component with one condition, which is solved for one angle, or None.
+    """Return joint values on a component with one condition, which is solved for one angle; None if none are found.
 
     The other angles in the condition are multiples of 90 degrees, so that the solution is a short formula such as
     arctan(3/4).
@@ -462,7 +465,7 @@ def _sample_formulas_on_component(
 def _find_short_zeros(condition: sp.Expr, angle: sp.Symbol, offset: sp.Expr) -> list[sp.Expr]:
     """Return the values of an angle at which a + b cos(angle + offset) + c sin(angle + offset) is zero.
 
-    The list is empty if the zeros have no short formula, for which a, b and c must be rational, and one of them zero.
+    The zeros have short formulas if a, b and c are rational and one of them is zero. Otherwise the list is empty.
     """
     f_0, f_1, f_2 = (condition.xreplace({angle: k * sp.pi / 2 - offset}) for k in range(3))
     a, b = (f_0 + f_2) / 2, (f_0 - f_2) / 2

@@ -48,7 +48,7 @@ _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
 class FormulaError(QdotError):
     """Raised if a formula can't be parsed, has an unknown name, or makes no sense for an arm.
 
-    `key` is the key in the question's table that must be changed. If it is "", this is the key with the formula.
+    `key` is the key in the question's table that must be changed; "" stands for the key with the formula.
     """
 
     def __init__(self, message: str, key: str = "") -> None:
@@ -158,26 +158,28 @@ def _explain_syntax_error(text: str, offset: int) -> str:
         return ": write it without LaTeX, as in ddt((o1 + o2)/2)"
     if "=" in text and "at(" not in text:
         return ": leave out = and what is before it"
-    start = len(text) - len(text.lstrip())
+    start = len(text) - len(text.lstrip())  # `offset` counts the characters of the converted text from here
     ends = (k for k in range(start, len(text)) if len(_convert_to_python(text[start : k + 1])) >= offset)
     location = f" at character {next(ends, len(text) - 1) + 1}" if offset else ""
     return f"{location}; write products with * and arguments in brackets, as in 2*sin(theta1) or ddt((o1 + o2)/2)"
 
 
 def _check_node(node: ast.AST, text: str) -> None:
-    """Raise FormulaError if a part of a syntax tree has no meaning in a formula."""
+    """Raise FormulaError if a node of the syntax tree of `text` has no meaning in a formula."""
     if isinstance(node, ast.Constant):
-        is_known = type(node.value) in (int, float)
-        if is_known and abs(float(str(node.value))) > MAX_NUMBER:
+        is_allowed = type(node.value) in (int, float)
+        if is_allowed and abs(float(str(node.value))) > MAX_NUMBER:
             raise FormulaError(f"{text!r} contains a number above {MAX_NUMBER:g}")
     elif isinstance(node, ast.Call):
-        is_known = isinstance(node.func, ast.Name)
+        is_allowed = isinstance(node.func, ast.Name)
+    elif isinstance(node, ast.operator):
+        is_allowed = type(node) in _OPERATORS
     else:
-        is_known = isinstance(node, (
+        is_allowed = isinstance(node, (
             ast.Name, ast.BinOp, ast.UnaryOp, ast.List, ast.Attribute, ast.Subscript, ast.Tuple, ast.keyword,
-            ast.operator, ast.UAdd, ast.USub, ast.expr_context,
-        )) and not (isinstance(node, ast.operator) and type(node) not in _OPERATORS)  # fmt: skip
-    if not is_known:
+            ast.UAdd, ast.USub, ast.expr_context,
+        ))  # fmt: skip
+    if not is_allowed:
         part = ast.unparse(node) if isinstance(node, ast.expr) else type(node).__name__
         raise FormulaError(f"{part!r} in {text!r} is not part of the formula language")
 
@@ -235,9 +237,7 @@ def describe_shape(value: np.ndarray) -> str:
     'a 2 x 3 matrix'
     """
     sizes = " x ".join(map(str, value.shape[:-1]))
-    return (
-        f"a {sizes} matrix" if count_axes(value) == 2 else f"a vector of {sizes}" if count_axes(value) else "a number"
-    )
+    return ("a number", f"a vector of {sizes}", f"a {sizes} matrix")[count_axes(value)]
 
 
 def _make_shape_error(formula: ast.expr, *values: np.ndarray) -> FormulaError:
@@ -246,6 +246,7 @@ def _make_shape_error(formula: ast.expr, *values: np.ndarray) -> FormulaError:
 
 
 def _compute_operation(formula: ast.BinOp, quantities: Quantities) -> np.ndarray:
+    """Return a sum, difference, product, quotient or power. Raises FormulaError if the shapes don't fit."""
     symbol = _OPERATORS[type(formula.op)]
     left = compute(formula.left, quantities)
     if symbol == "^":
@@ -269,6 +270,7 @@ def _compute_operation(formula: ast.BinOp, quantities: Quantities) -> np.ndarray
 
 
 def _compute_power(formula: ast.BinOp, base: np.ndarray, quantities: Quantities) -> np.ndarray:
+    """Return a power of a number or of a square matrix. Raises FormulaError for other bases and other exponents."""
     try:
         exponent = Fraction(str(ast.literal_eval(formula.right)))
     except ValueError:
@@ -283,9 +285,10 @@ def _compute_power(formula: ast.BinOp, base: np.ndarray, quantities: Quantities)
     is_number = count_axes(base) == 0
     if exponent == 0 and not is_number:
         raise FormulaError(f"{ast.unparse(formula)!r} is a matrix to the power 0")
+    factor = base
     if exponent < 0:
-        base = 1 / base if is_number else _invert(base, formula)
-    factors = [base] * abs(int(exponent))
+        factor = 1 / base if is_number else _invert(base, formula)
+    factors = [factor] * abs(int(exponent))
     return reduce(operator.mul, factors, base * 0 + 1) if is_number else reduce(arithmetic.matrix_product, factors)
 
 
@@ -297,6 +300,7 @@ def _stack(entries: list[np.ndarray], formula: ast.expr) -> np.ndarray:
 
 
 def _take_component(formula: ast.Attribute, value: np.ndarray) -> np.ndarray:
+    """Return the x, y or z component of a vector of three."""
     if formula.attr not in AXES:
         raise FormulaError(f"{ast.unparse(formula)!r}: the components of a vector are .x, .y and .z")
     if value.shape[:-1] != (3,):
@@ -307,6 +311,7 @@ def _take_component(formula: ast.Attribute, value: np.ndarray) -> np.ndarray:
 
 
 def _take_entry(formula: ast.Subscript, value: np.ndarray) -> np.ndarray:
+    """Return an entry of a vector or matrix; formulas number rows and columns from 1."""
     indices = formula.slice.elts if isinstance(formula.slice, ast.Tuple) else [formula.slice]
     numbers = [index.value for index in indices if isinstance(index, ast.Constant) and isinstance(index.value, int)]
     sizes = value.shape[:-1]
@@ -324,6 +329,7 @@ def _take_entry(formula: ast.Subscript, value: np.ndarray) -> np.ndarray:
 
 
 def _compute_call(formula: ast.Call, quantities: Quantities) -> np.ndarray:
+    """Return the value of a function. Raises FormulaError for unknown functions and unsuitable arguments."""
     assert isinstance(formula.func, ast.Name)
     name = formula.func.id
     if formula.keywords and name != "at":
@@ -447,4 +453,4 @@ def _require_symbol(name: str, quantities: Quantities) -> None:
 SPECIAL_FUNCTIONS: dict[str, Callable[[ast.Call, Quantities], np.ndarray]] = {
     "norm": _compute_norm, "diff": _differentiate, "ddt": _differentiate_by_time, "at": _substitute,
 }  # fmt: skip
-"""The functions that need more than the values of their arguments."""
+"""The functions that need the formulas of their arguments, or the quantities, and not only the arguments' values."""

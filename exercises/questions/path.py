@@ -34,7 +34,7 @@ it. Such an arm may have links of very different lengths.
 """
 
 START_MARGIN = 1.3
-"""Minimum ratio of sigma_min/sigma_max at the start of a line to the limit along the line."""
+"""Factor by which sigma_min/sigma_max at the start of a line must exceed the limit along the line."""
 
 NONSINGULAR_CONDITIONING = 1e-3
 """Minimum sigma_min/sigma_max on a line that was examined before; it excludes only singular configurations."""
@@ -57,7 +57,8 @@ class WeldingLine(Configuration):
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
         """Return the joint values at the distance s from A, on the solution branch of the initial configuration."""
         distance = float(s)
-        step_length = distance / max(1, round(distance / SAMPLE_SPACING)) if distance else 1.0
+        step_count = max(1, round(distance / SAMPLE_SPACING))
+        step_length = distance / step_count if distance else 1.0  # at A, no step is made
         *_, last_sample = self.make_path(chain).follow(step_length, NONSINGULAR_CONDITIONING, distance)
         path = self.make_path(chain, PRECISE_CONTEXT)
         q = path.find_joint_values(
@@ -68,6 +69,7 @@ class WeldingLine(Configuration):
 
     @cached_property
     def _results(self) -> "dict[tuple[Chain, sp.Expr], ResultsAtPoint]":
+        """The cache of `compute_results`."""
         return {}
 
     def compute_results(self, chain: Chain, s: sp.Expr) -> "ResultsAtPoint":
@@ -111,7 +113,7 @@ class WeldingLine(Configuration):
 
     def tabulate_results(self, chain: Chain, end: sp.Expr) -> "list[ResultsAtPoint]":
         """Return the intermediate results at five points from A to the distance `end`, with more points near `end`."""
-        distances = [sp.Rational(int(percent * end), 100) for percent in (0, 40, 70, 90)]
+        distances = [sp.Rational(int(percent * end), 100) for percent in (0, 40, 70, 90)]  # rounded down to cm
         return [self.compute_results(chain, s) for s in (*distances, end)]
 
 
@@ -160,6 +162,7 @@ class PathDetails(Details):
 
 
 def _find_path_objection(chain: Chain) -> str | None:
+    """Return why the question on joint rates along a line can't be asked about an arm, or None."""
     if len(chain.linear_axes) != len(chain.task):
         return f"its task is {', '.join(chain.task)}, but a path of the point gives only linear velocities"
     if not 2 <= chain.n <= 3:
@@ -172,10 +175,11 @@ def _find_path_objection(chain: Chain) -> str | None:
 
 
 def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Sample a line that the arm can follow to its end, and ask for the joint rates at a random point of the line."""
     for attempt in range(2 * PREFERRED_TRIES):
         is_preferred = attempt < PREFERRED_TRIES
         min_conditioning = REGULAR_CONDITIONING if is_preferred else LESS_REGULAR_CONDITIONING
-        min_length, max_length = (25, 60) if is_preferred else (15, 40)
+        min_length, max_length = (25, 60) if is_preferred else (15, 40)  # in cm
         welding_line = _sample_line(chain, rng, min_length, max_length, START_MARGIN * min_conditioning)
         if welding_line is None:
             continue
@@ -200,7 +204,7 @@ def _sample_line(
     """
     lengths, joints = inversion.sample_lengths(chain, rng), inversion.sample_joint_values(chain, rng)
     displacement = [rng.integer(-max_length, max_length) for _ in chain.task]
-    speed = sp.Rational(rng.integer(2, 8), 40)
+    speed = sp.Rational(rng.integer(2, 8), 40)  # 0.05 m/s to 0.2 m/s
     is_suitable = min_length**2 <= sum(k * k for k in displacement) <= max_length**2
     if not is_suitable or inversion.compute_conditioning(chain, lengths, joints) < min_conditioning:
         return None

@@ -128,12 +128,13 @@ def is_quantity(formula: ast.expr) -> bool:
     >>> [is_quantity(ast.parse(text, mode="eval").body) for text in ("v.x", "J[1, 2]", "ddt(o2)", "m*v.x")]
     [True, True, True, False]
     """
-    while isinstance(formula, (ast.Attribute, ast.Subscript)):
-        formula = formula.value
-    match formula:
+    whole = formula  # without the selection of a component or entry
+    while isinstance(whole, (ast.Attribute, ast.Subscript)):
+        whole = whole.value
+    match whole:
         case ast.Call(func=ast.Name(id="ddt"), args=[ast.Name(id=name)]):
             return name == "p" or _FRAME_NAME.fullmatch(name) is not None
-    text = ast.unparse(formula)
+    text = ast.unparse(whole)
     return text in RESULTS or _FRAME_NAME.fullmatch(text) is not None
 
 
@@ -234,10 +235,10 @@ class NumericQuantities(StageQuantities):
     @cached_property
     def _names_with_length_unit(self) -> set[str]:
         chain = self.stages.chain
-        lengths = {*self.numbers, *(symbol.name for symbol in chain.parameters if not is_angle_symbol(symbol))}
+        names = {*self.numbers, *(symbol.name for symbol in chain.parameters if not is_angle_symbol(symbol))}
         for i in chain.prismatic_joints:
-            lengths |= {chain.q[i].name, chain.rates[i].name}
-        return lengths
+            names |= {chain.q[i].name, chain.rates[i].name}
+        return names
 
     def look_up(self, name: str) -> np.ndarray | None:
         """Return the value of a name, or of a formula in RESULTS; None if there is none."""
@@ -251,7 +252,7 @@ class NumericQuantities(StageQuantities):
         return self.stages.arithmetic.get_symbol_value(name)
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
-        """Return a function of each entry; nan where it is not defined."""
+        """Return a function of each entry; an entry for which it is not defined becomes nan."""
         with np.errstate(all="ignore"):
             return np.asarray(NUMPY_FUNCTIONS[function](value))
 
@@ -299,7 +300,7 @@ class SymbolicQuantities(StageQuantities):
         value = compute(formula, self)
 
         def differentiate(entry: sp.Expr) -> sp.Expr:
-            symbols = entry.free_symbols if entry.has(sp.Abs) else ()
+            symbols = entry.free_symbols if entry.has(sp.Abs) else ()  # |x| has a derivative only for real x
             real_symbols = {symbol: sp.Symbol(symbol.name, real=True) for symbol in symbols}
             formula_of_reals = entry.xreplace(real_symbols)
             derivatives = (
@@ -373,9 +374,10 @@ def compile_formula(formula: ast.expr, symbols: Sequence[str] = ()) -> Callable[
 
 
 def select_components(value: np.ndarray, names: Sequence[str]) -> np.ndarray:
-    r"""Return the components of a vector that names such as v_x and \omega_{z} end with, or all if each one has a name.
+    r"""Return the components of a vector that names such as v_x and \omega_{z} select by their last letters.
 
-    Raises FormulaError if the names don't fit the value.
+    If there are no names, or one for each entry, or if the value is a number, the value is returned unchanged. Raises
+    FormulaError if the names don't fit the value.
     """
     if not names or value.ndim == 1 or len(names) == len(value):
         return value

@@ -20,6 +20,8 @@ from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.problem.problem import Details, recorded_as
 from qdot.exercises.questions.base import AnswerAndDetails, Question, shuffle_options
 from qdot.exercises.questions.exact_configurations import (
+    DIGITS,
+    ZERO,
     Branch,
     ConfigurationDetails,
     ExactConfiguration,
@@ -109,7 +111,7 @@ class RankDetails(ConfigurationDetails):
 
 
 def _ask_rank(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-    """Choose by how much the rank drops, then sample a configuration; rounding it would restore full rank."""
+    """Choose by how much the rank drops, then sample an exact configuration: rounding would restore full rank."""
     samplers: tuple[Sampler, ...] = (
         sample_regular_configuration,
         _sample_with_single_rank_loss,
@@ -139,8 +141,10 @@ def _find_independent_columns(jacobian: np.ndarray) -> tuple[int, ...]:
 
 
 def _find_satisfied_conditions(chain: Chain, configuration: ExactConfiguration) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Return the conditions of each component of the singular set that contains a configuration."""
+
     def holds(condition: sp.Expr) -> bool:
-        return bool(abs(sp.N(condition.xreplace(configuration.values), 30)) < sp.Float("1e-20"))
+        return bool(abs(sp.N(condition.xreplace(configuration.values), DIGITS)) < ZERO)
 
     all_conditions = (component.conditions for component in find_singular_set(chain) or ())
     return tuple(conditions for conditions in all_conditions if all(map(holds, conditions)))
@@ -246,7 +250,10 @@ def find_lost_direction_formula(chain: Chain, values: ValueCombination) -> tuple
 
 @lru_cache(maxsize=1024)
 def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeanings | None:
-    """Return the geometric statement that holds on a whole branch of a structure, and wrong statements, or None."""
+    """Return the geometric statement that holds on a whole branch of a structure, and wrong statements.
+
+    Return None if there is no such statement, or if there are too few wrong statements for a question.
+    """
     samples = sample_singular_configurations(symbolic_chain, component, MEANING_SAMPLE_COUNT)
     meanings = find_branch_meanings(
         symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
@@ -258,7 +265,7 @@ def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeaning
 
 @lru_cache(maxsize=1024)
 def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None:
-    """Return the kind of a structure's branch, "boundary" or "internal"; None if the branch has both kinds."""
+    """Return the kind of a structure's branch, "boundary" or "internal"; None if it has both or can't be determined."""
     if not can_establish_kind(symbolic_chain):
         return None
     samples = sample_singular_configurations(symbolic_chain, component, KIND_SAMPLE_COUNT)
@@ -339,7 +346,7 @@ def _confirm_common_kind(chain: Chain, branch: Branch, configuration: ExactConfi
     return kind if kinds_of_arm == [kind] else None
 
 
-# A rank or lost direction can't be derived from a wrong Jacobian, which usually has full rank at the configuration.
+# Rank and lost direction have no `alternative_prerequisites`: a student's wrong Jacobian usually has full rank.
 QUESTIONS = (
     Question(
         "singularity-meaning", "Meaning of a singularity", "below 6.7",

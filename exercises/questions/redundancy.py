@@ -231,7 +231,10 @@ def _find_condition_number_objection(chain: Chain) -> str | None:
 
 @dataclass(frozen=True, kw_only=True)
 class GramDetails(VelocityDetails):
-    """Details about J J^T at a configuration: its eigenvalues in descending order, and the power of m in w's unit."""
+    """Details about J J^T at a configuration: its eigenvalues in descending order, and the power of m in w's unit.
+
+    `power` is None for the condition number, which has no unit.
+    """
 
     gram: sp.Matrix
     eigenvalues: tuple[sp.Float, ...]
@@ -263,7 +266,7 @@ def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
     power = len(chain.linear_axes) - len(chain.prismatic_joints)
     details = _make_gram_details(chain, configuration, _compute_singular_values(chain, configuration), power)
-    return Number(sp.Matrix([value]), (write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, 1e-9), details
+    return Number(sp.Matrix([value]), (write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, floor=1e-9), details
 
 
 def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
@@ -271,7 +274,7 @@ def _ask_condition_number(chain: Chain, rng: Stream) -> AnswerAndDetails:
     sigma = _compute_singular_values(chain, configuration)
     value = precise.round_to_ten_digits(max(sigma) / min(sigma))
     details = _make_gram_details(chain, configuration, sigma)
-    return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, 1e-9), details
+    return Number(sp.Matrix([value]), ("",), THREE_DIGIT_TOLERANCE, floor=1e-9), details
 
 
 # --- self-motion ---
@@ -300,6 +303,7 @@ class SelfMotionFormulaDetails(Details):
 
 
 def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
+    """Ask for a self-motion: as formulas if they are short, else as numbers at a configuration."""
     quotients = _factor_minors_of(chain).quotients if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
         formula_details = SelfMotionFormulaDetails(configuration=None, shared_factors=_find_shared_factors(chain))

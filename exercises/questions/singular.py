@@ -121,6 +121,7 @@ def _ask_kind(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> ConfigurationsOfOneKind | None:
+    """Return a random configuration of a kind, or all that satisfy a random condition; None if none is found."""
     if kind == "regular":
         return _sample_regular_configuration(chain, rng)
     for component in rng.permutation(find_singular_set(chain) or ()):

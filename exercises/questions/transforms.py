@@ -59,9 +59,10 @@ class ToolJacobianDetails(Details):
 
 
 def find_first_angle_sum(chain: Chain, poses: tuple[sp.Matrix, ...]) -> AngleSum | None:
-    """Return the first entry with a sum of angles of parallel joints, or None; `poses` are T_{w,0} ... T_{w,n}.
+    """Return the first entry with a sum of angles of parallel joints; None if there is no such entry.
 
-    Only the columns x_i are searched. An entry of x_i is a row of T_{w,i-1} times the first column of T_{i-1,i}.
+    `poses` are T_{w,0} ... T_{w,n}. Only the columns x_i are searched. An entry of x_i is a row of T_{w,i-1} times the
+    first column of T_{i-1,i}.
     """
     convention = convention_of(chain)
     for i, joint in enumerate(convention.rows[1:], 2):

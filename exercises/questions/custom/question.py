@@ -181,9 +181,13 @@ class DefinitionEvaluator:
 
     def __init__(self, definition: Definition) -> None:
         self.definition = definition
-        tree = language.parse(definition.answer) if definition.answer not in ("", TEXT_ANSWER) else None
-        self.is_set = isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == ZEROS
-        self.formulas = [] if tree is None else tree.args if isinstance(tree, ast.Call) and self.is_set else [tree]
+        self.is_set, self.formulas = False, list[ast.expr]()
+        if definition.answer not in ("", TEXT_ANSWER):
+            match language.parse(definition.answer):
+                case ast.Call(func=ast.Name(id=function), args=arguments) if function == ZEROS:
+                    self.is_set, self.formulas = True, arguments
+                case tree:
+                    self.formulas = [tree]
         self.option_formulas = [
             language.parse(option.content) if option.is_formula else None for option in definition.options
         ]
@@ -317,6 +321,7 @@ class DefinitionEvaluator:
         return derive(chain).substitute_matrix(formulas)
 
     def _make_numeric_answer(self, values: sp.Matrix) -> Number:
+        """Return numbers with their units. Raises FormulaError if the definition has another number of units."""
         units, largest_value = self.definition.entry_units, max(abs(float(value)) for value in values)
         if len(units) == 1:
             units *= len(values)
@@ -347,10 +352,11 @@ class DefinitionEvaluator:
         }
         numbers = list_table_numbers(chain)
         for name, value in given_by_name.items():
-            symbols_of_name = groups.get(name, [] if name == "pose" or name in joint_names else [sp.Symbol(name)])
-            kind = GIVEN_GROUPS.get(name) or value.kind
-            sampled_value = replace(value, kind=kind)
-            values |= {symbol: numbers.get(name) or _sample_value(sampled_value, rng) for symbol in symbols_of_name}
+            if name == "pose" or name in joint_names:  # joint values are part of the configuration
+                continue
+            sampled_value = replace(value, kind=GIVEN_GROUPS.get(name) or value.kind)
+            for symbol in groups.get(name, [sp.Symbol(name)]):  # a length that is a number in the table keeps it
+                values[symbol] = numbers.get(name) or _sample_value(sampled_value, rng)
         if configuration is not None:
             lengths = {symbol: values.pop(symbol, length) for symbol, length in configuration.lengths.items()}
             configuration = replace(configuration, lengths=lengths)
@@ -364,7 +370,7 @@ class DefinitionEvaluator:
     # --- sets and options ---
 
     def find_zeros(self, chain: Chain, rng: Stream) -> AnswerAndDetails | None:
-        """Return the configurations at which all formulas are zero; None if there are none or if these are all."""
+        """Return the configurations at which all formulas are zero; None if these are none or all configurations."""
         components = _find_zeros(self.definition, chain)
         if not components:
             return None
@@ -633,7 +639,7 @@ class DefinitionEvaluator:
         A number in a formula may have a unit. If there is such a number, the unit of the answer is not certain.
         """
         objection = self._find_unit_objection(chain)
-        is_certain = self.definition.unit and objection != MIXED_UNITS and not self._contains_number
+        is_certain = self.definition.unit != "" and objection != MIXED_UNITS and not self._contains_number
         return objection if is_certain else None
 
     def _find_unit_warning(self, chain: Chain) -> str | None:
@@ -646,6 +652,7 @@ class DefinitionEvaluator:
         return KeyReason("unit", text) if self.definition.unit else text
 
     def _find_unit_objection(self, chain: Chain) -> str | None:
+        """Return why a number can't have the unit in the definition, or why a formula has no unit at all; else None."""
         if not self.formulas or self.is_set:
             return None
         arm, _ = replace_lengths_by_symbols(chain)

@@ -234,6 +234,7 @@ def _validate(file: TomlFile, name: str, table: dict[str, Any], errors: ErrorLis
 
 
 def _read_definition(file: TomlFile, name: str, entry: QuestionEntry) -> Definition:
+    """Return the definition in a valid entry. Raises QdotError with all errors, each with its line and key."""
     errors, table = ErrorList(), file.content["question"][name]
     with errors.collect(), file.locate_errors("question", name):
         if (entry.answer is None) == (entry.options is None):
@@ -409,16 +410,17 @@ def _check_tolerance(tolerance: Tolerance, unit_text: str, all_units: str) -> No
 
 
 def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
+    """Return the options of a choice; () for other questions. Raises QdotError."""
     if entry.options is None:
         return ()
     options = []
-    for number, item in enumerate(entry.options, 1):
-        if isinstance(item, str):
-            options.append(Option(item, entry.shown == "formula", False))
-        elif (item.text is None) == (item.formula is None):
+    for number, option in enumerate(entry.options, 1):
+        if isinstance(option, str):
+            options.append(Option(option, entry.shown == "formula", False))
+        elif (option.text is None) == (option.formula is None):
             raise QdotError(f"option {number} needs either text or formula")
         else:
-            options.append(Option(str(item.formula or item.text), item.formula is not None, item.right))
+            options.append(Option(str(option.formula or option.text), option.formula is not None, option.right))
         if not options[-1].content.strip():
             raise QdotError(f"option {number} is empty")
     if not 2 <= len(options) <= MAX_OPTIONS:
@@ -438,6 +440,7 @@ def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
 
 
 def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
+    """Return the values that the question gives: groups, or values of single symbols. Raises QdotError."""
     if entry.given and entry.answer in (None, TEXT_ANSWER):
         raise QdotError("values are given only with a formula as the answer")
     if isinstance(entry.given, list):
@@ -451,6 +454,7 @@ def _read_given(entry: QuestionEntry) -> tuple[GivenValue, ...]:
 
 
 def _read_given_value(name: str, value: str | float | list[float]) -> GivenValue:
+    """Return the value of a symbol, from its kind, its range [low, high], or a number. Raises QdotError."""
     if name in GIVEN_GROUPS:
         raise QdotError(f'{name}: write given = ["{name}"], or name each symbol')
     if isinstance(value, str):

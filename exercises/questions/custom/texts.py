@@ -1,7 +1,7 @@
 r"""Split the texts of custom questions at their placeholders, and check their braces, dollar signs and LaTeX.
 
 A placeholder is in braces, as in {pose}. In a formula between dollar signs, a brace belongs to LaTeX if it comes
-directly after a letter or one of _ ^ } ], and so do empty braces and \{ \}. Double braces stand for a brace.
+directly after a letter or one of _ ^ } ]. Empty braces and \{ \} belong to LaTeX, too. Double braces stand for a brace.
 """
 
 import re

@@ -20,9 +20,12 @@ _BASE_COUNT = 3
 """The number of base units: kg, m and s."""
 _SCALES = (2, 4)
 """The factors by which masses, lengths or times are multiplied, one kind at a time."""
-_MAX_ATTEMPTS, _GOLDEN_RATIO, _NEAR_ZERO = 3, 0.6180339887, 1e-9
-"""Maximum number of sets of values that are tried until the result is finite, a number from which the values are
-computed, and the size below which a value may be a rounding error."""
+_MAX_ATTEMPTS = 3
+"""Maximum number of sets of values that are tried until the result is finite."""
+_GOLDEN_RATIO = 0.6180339887
+"""The fractional parts of its multiples are spread evenly, so that no two values are nearly equal."""
+_NEAR_ZERO = 1e-9
+"""The size below which a value may be a rounding error."""
 MIXED_UNITS = (
     "it has no unit, because it adds quantities of different units, or contains a function of a quantity with a unit"
 )
@@ -97,7 +100,7 @@ def find_dimensions(
     >>> find_dimensions(lambda values: np.stack([values["m"] * values["v"] ** 2]), {"m": "kg", "v": "m/s"}).dimensions
     ((1, 2, -2),)
     """
-    scales = np.ones((_BASE_COUNT, 1 + _BASE_COUNT * len(_SCALES)))
+    scales = np.ones((_BASE_COUNT, 1 + _BASE_COUNT * len(_SCALES)))  # in the first column, no base unit is scaled
     for base in range(_BASE_COUNT):
         first = 1 + base * len(_SCALES)
         scales[base, first : first + len(_SCALES)] = _SCALES
