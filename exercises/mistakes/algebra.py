@@ -55,6 +55,7 @@ def _list_determinant_factors(chain: Chain) -> list[tuple[sp.Expr, int]]:
 
 
 def _drop_factor(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants without one of several factors of det J, except numbers."""
     factors = _list_determinant_factors(chain)
     for factor, _power in factors if len(factors) > 1 else ():
         if not factor.is_number:
@@ -76,12 +77,14 @@ def _exchange_sine_and_cosine(chain: Chain, _: AnswerShape) -> Iterator[MistakeV
     """
     offset_by_joint = dict(zip(chain.q, chain.offsets, strict=True))
     for factor, _power in _list_determinant_factors(chain):
-        trig_terms = factor.atoms(sp.sin, sp.cos)
-        if len(trig_terms) == 1 and (factor / (trig := trig_terms.pop())).is_number:
-            cofunction = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
-            yield MistakeVariant({"determinant": _divide_by(trig / cofunction)})
-            if any(offset_by_joint.get(symbol, 0) != 0 for symbol in trig.free_symbols):
-                yield MistakeVariant({"determinant": _divide_by(-trig / cofunction)})
+        trigs = list(factor.atoms(sp.sin, sp.cos))
+        if len(trigs) != 1 or not (factor / trigs[0]).is_number:
+            continue
+        (trig,) = trigs
+        cofunction = (sp.cos if isinstance(trig, sp.sin) else sp.sin)(*trig.args)
+        yield MistakeVariant({"determinant": _divide_by(trig / cofunction)})
+        if any(offset_by_joint.get(symbol, 0) != 0 for symbol in trig.free_symbols):
+            yield MistakeVariant({"determinant": _divide_by(-trig / cofunction)})
 
 
 def _make_variant_without_factor(stage: str, chain: Chain, factor: sp.Expr, divisor: sp.Expr) -> MistakeVariant:

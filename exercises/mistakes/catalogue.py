@@ -44,6 +44,7 @@ FORMULA_VARIANTS = question_formulas.FORMULA_VARIANTS
 
 
 def _read_sections() -> dict[str, tuple[Mistake, ...]]:
+    """Return the mistakes of catalogue.toml, each with its functions, by the titles of the sections."""
     sections = tomllib.loads(Path(__file__).with_name("catalogue.toml").read_text(encoding="utf-8"))["section"]
     return {
         section["title"]: tuple(
@@ -150,7 +151,9 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     if (formula := question_formulas.find_formula(part)) is not None:
         mistakes = _list_mistakes_in_question(mistakes, formula)
     if part.type != "number":
-        names_of_numbers = set(NUMERIC_MISTAKES) - (FORMULA_VARIANTS.keys() - VARIANTS.keys())
+        # a mistake in the formula of an instructor's question may also be made if the answer is no number
+        only_formula_mistakes = FORMULA_VARIANTS.keys() - VARIANTS.keys()
+        names_of_numbers = set(NUMERIC_MISTAKES) - only_formula_mistakes
         return [mistake for mistake in mistakes if mistake.name not in names_of_numbers]
     impossible_mistakes = set() if all(unit in ANGULAR_UNITS for unit in part.answer.expected_units) else {IN_DEGREES}
     if not is_precise and part.shape == (1, 1):
@@ -205,14 +208,15 @@ def apply_mistake(
     mistake at several joints is made only at those joints at which it changes the answer, and the message names only
     these. `correct_answer` is the answer that follows from `stages`; if it is None, it is computed.
     """
-    correct_answer = _compute_result(stages, part) if correct_answer is None else correct_answer
-    if correct_answer is None:
+    expected = _compute_result(stages, part) if correct_answer is None else correct_answer
+    if expected is None:
         return
     idle_joints = set[int]()
-    variants = mistake.generate_variants(stages.chain, (correct_answer.shape[0], correct_answer.shape[1]))
+    variants = mistake.generate_variants(stages.chain, (expected.shape[0], expected.shape[1]))
     for variant in (*mistake.generate_formula_variants(stages.chain, part), *variants):
-        effective_variant = variant if variant.make_for_joints is None else variant.without_idle_joints(idle_joints)
-        if variant.make_for_joints is not None:
+        effective_variant: MistakeVariant | None = variant
+        if variant.make_for_joints is not None:  # all joints; the variants for single joints have come before
+            effective_variant = variant.without_idle_joints(idle_joints)
             idle_joints = set()
         if effective_variant is None:
             continue
@@ -226,7 +230,7 @@ def apply_mistake(
             if answer is not None:
                 answers.append(answer)
                 yield PredictedAnswer(mistake, effective_variant, mistaken_stages, answer)
-        if effective_variant.joints and all(_is_same_answer(answer, correct_answer) for answer in answers):
+        if effective_variant.joints and all(_is_same_answer(answer, expected) for answer in answers):
             idle_joints.update(effective_variant.joints)
 
 

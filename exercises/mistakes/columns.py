@@ -77,7 +77,8 @@ def _mirror_link_derivatives(stages: StageResults, joint: int) -> np.ndarray:
 def _flip_derivative(sign: int) -> VariantGenerator:
     """Return a function that yields the variant with a wrong sign in the derivatives of all cosines or of all sines.
 
-    `sign` is -1 for the cosines and 1 for the sines.
+    In mirrored derivatives, those of the sines have the wrong sign. If they are multiplied by the `sign` -1, those of
+    the cosines have the wrong sign instead.
     """
 
     def apply_change(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
@@ -190,6 +191,7 @@ def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _keep_one_angular(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants in which only one of three or more revolute joints causes an angular velocity."""
     revolute_joints = chain.revolute_joints
     for i in revolute_joints if len(revolute_joints) > 2 else ():
         yield replace(_drop_angular([k for k in range(chain.n) if k != i]), words=base.make_joint_words([i]))
@@ -255,12 +257,12 @@ def _leave_vectors_in_base(chain: Chain, _: AnswerShape) -> Iterator[MistakeVari
 
     They change only the answers to questions that ask for the coordinates of another frame.
     """
-    for words, rows in (
+    for noun, rows in (
         ("vectors", slice(0, 6)),
         ("angular parts of the columns", slice(3, 6)),
         ("linear parts of the columns", slice(0, 3)),
     ):
-        yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, words={"vectors": words})
+        yield MistakeVariant({"tool jacobian": _leave_in_base(rows)}, words={"vectors": noun})
     yield MistakeVariant(
         {"wrist block": lambda stages, _: np.moveaxis(stages["axes"][3:6], 0, 1)}, words={"vectors": "vectors"}
     )
@@ -278,6 +280,8 @@ def _leave_in_base(rows: slice) -> Change:
 
 
 def _use_earlier_frame(chain: Chain, shape: AnswerShape) -> Iterator[MistakeVariant]:
+    """Yield variants with the Jacobian in the coordinates of an earlier frame instead of the last frame."""
+
     def rotate(stages: StageResults, _: np.ndarray, frame: int) -> np.ndarray:
         return graph.rotate_rows(
             graph.compute_convention_rotation(stages, frame).swapaxes(0, 1), stages["geometric jacobian"]

@@ -1,8 +1,9 @@
 """Mistakes in finished formulas: an entry was simplified, copied or typed with one error.
 
 An edit changes one sign, term, factor, sine, cosine or angle of an entry, which may first be expanded into a sum of
-products. A mistake that changes every angle in the same way is made in all entries. Formulas are trees of nodes
-(`formula.trees`), and a "trig" is a sine or cosine.
+products. Some mistakes are made throughout, such as in every angle of all entries (`edit_all_entries`). Formulas are
+trees of nodes (`formula.trees`), and a "trig" is a sine or cosine. In the names of mistakes, "-typed" means "typed
+wrongly".
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -58,17 +59,17 @@ def describe_term(term: Node) -> str:
     """
     if term.kind in ("number", "decimal"):
         return f" ({format_tree(term)})"
-    names = [*dict.fromkeys(_find_factors(term))] or sorted(find_names(term) - {"pi"})
+    names = [*dict.fromkeys(_find_names_outside_trigs(term))] or sorted(find_names(term) - {"pi"})
     return f" that contains {join_words(names)}" if names else ""
 
 
-def _find_factors(node: Node) -> Iterator[str]:
+def _find_names_outside_trigs(node: Node) -> Iterator[str]:
     """Yield the names and decimals of a term, except those inside sines and cosines."""
     if node.kind == "decimal" or (node.kind == "name" and node.value != "pi"):
         yield format_tree(node)
     elif not _is_trig(node):
         for arg in node.args:
-            yield from _find_factors(arg)
+            yield from _find_names_outside_trigs(arg)
 
 
 def _is_trig(node: Node) -> bool:
@@ -93,8 +94,7 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     coefficient = _find_numeric_factor(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", entry / make_number(abs(coefficient)))
-        if coefficient:
-            yield Edit("number-inverted", entry / make_number(coefficient**2))
+        yield Edit("number-inverted", entry / make_number(coefficient**2))
     yield from _exchange_similar_symbols(entry, symbols)
     yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_find_angles(entry)):
@@ -130,8 +130,9 @@ def _edit_each_node(node: Node, edit_node: Callable[[Node], Iterator[Edit]]) -> 
 
 
 def _edit_node(node: Node) -> Iterator[Edit]:
+    """Yield the edits of a sine or cosine, or of an operation that is not part of an angle."""
     if _is_trig(node):
-        other_trig = _swap_trig(node)
+        other_trig = _swap_trig(node)  # for a cosine, the derivative is -other_trig
         yield Edit("trig-typed", other_trig)
         yield Edit("trig-derived" if node.value == "sin" else "trig-not-derived", other_trig)
         yield Edit("trig-not-derived" if node.value == "sin" else "trig-derived", -other_trig)
@@ -144,6 +145,7 @@ def _edit_node(node: Node) -> Iterator[Edit]:
 
 
 def _edit_sum(node: Node) -> Iterator[Edit]:
+    """Yield the edits of a sum or difference of two terms, each of which may be a sum itself."""
     first_term, second_term = node.args
     yield Edit("term-sign-typed", Node("-" if node.kind == "+" else "+", node.args))
     yield Edit("term-sign-typed", Node(node.kind, (-first_term, second_term)))
@@ -170,6 +172,7 @@ def _add_unlike_terms(node: Node) -> Iterator[Edit]:
 
 
 def _edit_product(node: Node) -> Iterator[Edit]:
+    """Yield the edits of a product of two factors."""
     first_factor, second_factor = node.args
     yield from _drop_denominator_bracket(first_factor, second_factor)
     if _is_trig(second_factor) and len(split_terms(second_factor.args[0])) > 1:
@@ -185,6 +188,7 @@ def _edit_product(node: Node) -> Iterator[Edit]:
 
 
 def _edit_quotient(node: Node) -> Iterator[Edit]:
+    """Yield the edits that divide only some terms, divide by only one operand, or omit or invert the divisor."""
     numerator, denominator = node.args
     terms = split_terms(numerator)
     quotients = [term / denominator for term in terms]
@@ -194,9 +198,9 @@ def _edit_quotient(node: Node) -> Iterator[Edit]:
     if denominator.kind in ("+", "-", "*"):  # divide by only one of the two operands
         for divisor, remainder in (denominator.args, denominator.args[::-1]):
             yield Edit("bracket-missing", Node(denominator.kind, (numerator / divisor, remainder)))
-    number = denominator.kind in ("number", "decimal") and denominator.value
-    divisor = make_number(1 / Fraction(number)) if number else denominator
-    yield Edit("factor-missing", numerator, divisor)
+    is_nonzero_number = denominator.kind in ("number", "decimal") and bool(denominator.value)
+    missing_factor = make_number(1 / Fraction(denominator.value)) if is_nonzero_number else denominator
+    yield Edit("factor-missing", numerator, missing_factor)
     yield Edit("factor-missing", numerator * denominator)
 
 
@@ -345,7 +349,7 @@ def _split_constants(terms: Sequence[Node]) -> tuple[list[Node], list[Node]]:
 def edit_all_entries(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, list[list[Node]]]]:
     """Yield the names of mistakes, each with all entries after this mistake.
 
-    The mistake is made in every angle, or wherever a certain angle or length occurs.
+    The mistake is made in every angle, or wherever a certain angle, rate or length occurs.
     """
     angles = list(dict.fromkeys(angle for row in rows for entry in row for angle in _find_angles(entry)))
     sums = [angle for angle in angles if len(split_terms(angle)) > 1]
@@ -377,8 +381,11 @@ def _use_relative_rates(rows: Sequence[Sequence[Node]]) -> Iterator[tuple[str, l
     """
     names = sorted({name for row in rows for entry in row for name in find_names(entry) if _is_rate(name)})
     rates = [Node("name", value=name) for name in names]
-    changes = {rate: rate - earlier_rate for earlier_rate, rate in pairwise(rates)}
-    for change in [*({rate: new_rate} for rate, new_rate in changes.items()), *([changes] if len(changes) > 1 else [])]:
+    new_rates = {rate: rate - earlier_rate for earlier_rate, rate in pairwise(rates)}
+    changes = [{rate: new_rate} for rate, new_rate in new_rates.items()]
+    if len(new_rates) > 1:
+        changes.append(new_rates)
+    for change in changes:
         yield "relative-rates", [[replace_nodes(entry, change.get) for entry in row] for row in rows]
 
 
@@ -408,7 +415,7 @@ def exchange_trigs(term: Node, max_count: int) -> list[Node]:
     trigs = list(dict.fromkeys(node for node in iterate_nodes(term) if _is_trig(node)))
     counts = range(1, len(trigs) + 1) if len(trigs) <= max_count else [len(trigs)]
     subsets = (subset for count in counts for subset in combinations(trigs, count))
-    return [replace_nodes(term, {trig: _swap_trig(trig) for trig in subset}.get) for subset in subsets if subset]
+    return [replace_nodes(term, {trig: _swap_trig(trig) for trig in subset}.get) for subset in subsets]
 
 
 def _swap_trig_of_angle(swapped_angle: Node, node: Node) -> Node:
@@ -429,7 +436,7 @@ def _change_trigs(node: Node, change: Callable[[Node], Node]) -> Node:
 
 
 def replace_nodes(node: Node, change: Callable[[Node], Node | None]) -> Node:
-    """Return a tree in which each node is replaced for which `change` returns a new node, not None.
+    """Return a tree with new nodes: `change` returns the replacement of a node, or None if the node stays.
 
     Unchanged subtrees remain the same objects, so that cached results can be used.
     """

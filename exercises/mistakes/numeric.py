@@ -41,17 +41,18 @@ def _use_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _scale_base(stages: StageResults, table: Table) -> Table:
     """Return the table with the angles of the base in degrees."""
     degrees_per_radian = stages.arithmetic.convert_entry(180 / sp.pi)
-    table = replace(table, base_yaw=table.base_yaw * degrees_per_radian)
+    new_table = replace(table, base_yaw=table.base_yaw * degrees_per_radian)
     has_tilt = convention_of(stages.chain).base.tilt != 0
-    return replace(table, base_tilt=table.base_tilt * degrees_per_radian) if has_tilt else table
+    return replace(new_table, base_tilt=table.base_tilt * degrees_per_radian) if has_tilt else new_table
 
 
 def _scale_variables(stages: StageResults, table: Table) -> Table:
     """Return the table with joint variables in degrees and constants in radians."""
+    new_table = table
     for i in stages.chain.revolute_joints:
         added_angle = stages.arithmetic.convert_entry((180 / sp.pi - 1) * stages.chain.q[i])
-        table = table.with_row(i, theta=table.rows[i].theta + added_angle)
-    return table
+        new_table = new_table.with_row(i, theta=table.rows[i].theta + added_angle)
+    return new_table
 
 
 def _flip_value(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -130,7 +131,8 @@ def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: Supp
     The line is followed in equal steps of about SAMPLE_SPACING.
     """
     end = float(distance)
-    step = end / max(1, round(end / SAMPLE_SPACING)) if end else 1.0
+    step_count = max(1, round(end / SAMPLE_SPACING))
+    step = end / step_count if end else 1.0  # at A, no step is made
     samples = list(line.follow(step, NONSINGULAR_CONDITIONING, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
     return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
@@ -141,6 +143,7 @@ def _use_rates_at_start(chain: Chain, details: PathDetails) -> RatesWithWords:
 
 
 def _skip_normalization(chain: Chain, details: PathDetails) -> RatesWithWords:
+    """Yield the rates for the velocity (B - A) v, in which B - A is not divided by the length of the line."""
     lines = [(details.welding_line.make_path(chain), "")]
     extra_words = ", and to have left out the constant of a joint"
     lines += [(line, extra_words) for line, _ in _list_lines_without_offset(chain, details)]

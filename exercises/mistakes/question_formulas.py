@@ -79,8 +79,8 @@ class _Rewriter(ast.NodeTransformer):
 
     def visit(self, node: ast.AST) -> ast.AST:
         """Return the node with its inner nodes replaced, or the new node."""
-        node = self.generic_visit(node)
-        return (self.rewriting(node) if isinstance(node, ast.expr) else None) or node
+        new_node = self.generic_visit(node)
+        return (self.rewriting(new_node) if isinstance(new_node, ast.expr) else None) or new_node
 
 
 def _rewrite(formula: ast.expr, rewriting: Rewriting) -> ast.expr:
@@ -99,6 +99,7 @@ def _exchange_components(formula: ast.expr) -> Iterator[Rewriting]:
 
 
 def _select_other_component(node: ast.expr, i: int, j: int) -> ast.expr | None:
+    """Return a node that selects component j instead of i, or i instead of j; None if it selects neither of them."""
     axes, exchanged = list(AXES), {i: j, j: i}
     if isinstance(node, ast.Attribute) and AXES.get(node.attr) in exchanged:
         return ast.Attribute(node.value, axes[exchanged[AXES[node.attr]]])
@@ -108,6 +109,7 @@ def _select_other_component(node: ast.expr, i: int, j: int) -> ast.expr | None:
         if isinstance(row, int) and row - 1 in exchanged:
             new_indices = [ast.Constant(exchanged[row - 1] + 1), *indices[1:]]
             return ast.Subscript(node.value, ast.Tuple(new_indices) if len(new_indices) > 1 else new_indices[0])
+    # a vector along an axis, such as [0, 0, 1], whose dot product selects a component
     if isinstance(node, ast.List) and len(node.elts) == len(axes) == 1 + sum(map(_is_zero, node.elts)):
         return ast.List([node.elts[exchanged.get(k, k)] for k in range(len(axes))])
     return None
@@ -133,8 +135,8 @@ def _omit_component(node: ast.expr, index: int) -> ast.expr | None:
     return None
 
 
-def _choose_next_frames(formula: ast.expr) -> Iterator[Rewriting]:
-    """Yield the rewritings that replace every frame in the formula by the frame before it, or after it."""
+def _choose_adjacent_frames(formula: ast.expr) -> Iterator[Rewriting]:
+    """Yield the rewritings that replace the last frame in names such as R02 by the frame before it, or after it."""
     for step in (-1, 1):
         yield partial(_shift_frame, step=step)
 
@@ -254,16 +256,17 @@ def _list_units(chain: Chain, part: Part) -> dict[str, str]:
 
 
 def _forget_factors(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-    """Yield variants without one symbol that the question introduces or gives, such as g or a joint rate.
+    """Yield variants of a number without one symbol that the question introduces or gives, such as g or a joint rate.
 
     The last variant is without the numbers in the formula.
     """
+    if part.type != "number":
+        return
     details = part.details_as(CustomDetails)
     names = {name for name, _ in details.definition.units} | {symbol.name for symbol in details.values}
-    for name in sorted(names) if part.type == "number" else ():
+    for name in sorted(names):
         yield _make_variant(part, _substitute(formula, {name: "1"}), which=f" that contains {name}")
-    if part.type == "number":
-        yield _make_variant(part, _rewrite(formula, _omit_number))
+    yield _make_variant(part, _rewrite(formula, _omit_number))
 
 
 def _omit_number(node: ast.expr) -> ast.expr | None:
@@ -330,11 +333,11 @@ def _use_degrees(formula: ast.expr, chain: Chain, part: Part) -> Iterator[Mistak
         yield _make_variant(part, _substitute(formula, {name: f"180/pi*{name}" for name in names}))
 
 
-def _scale(text: str) -> Callable[[ast.expr, Chain, Part], Iterator[MistakeVariant]]:
+def _scale(factor: str) -> Callable[[ast.expr, Chain, Part], Iterator[MistakeVariant]]:
     """Return a function that yields the variant of a number with an additional factor."""
 
     def list_variants(formula: ast.expr, chain: Chain, part: Part) -> Iterator[MistakeVariant]:
-        product = ast.BinOp(parse(text), ast.Mult(), formula)
+        product = ast.BinOp(parse(factor), ast.Mult(), formula)
         return iter([_make_variant(part, product)] if part.type == "number" else [])
 
     return list_variants
@@ -343,7 +346,7 @@ def _scale(text: str) -> Callable[[ast.expr, Chain, Part], Iterator[MistakeVaria
 FORMULA_VARIANTS: dict[str, FormulaVariantGenerator] = {
     "other-component": _rewrite_each(_exchange_components),
     "component-left-out": _rewrite_each(_omit_components),
-    "other-frame": _rewrite_each(_choose_next_frames),
+    "other-frame": _rewrite_each(_choose_adjacent_frames),
     "speed-squared": _rewrite_each(_replace_norm("dot(u, u)")),
     "square-missing": _rewrite_each(lambda _: iter([_omit_square])),
     "components-added": _rewrite_each(_replace_norm(

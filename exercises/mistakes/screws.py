@@ -241,10 +241,11 @@ def _confuse_degrees(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
     """
 
     def scale(stages: StageResults, table: Table, factor: sp.Expr) -> Table:
+        new_table = table
         for i, (q, offset, row) in enumerate(zip(chain.q, chain.offsets, table.rows, strict=False)):
             if row.is_revolute:
-                table = table.with_row(i, theta=stages.arithmetic.convert_entry(factor * q + offset))
-        return table
+                new_table = new_table.with_row(i, theta=stages.arithmetic.convert_entry(factor * q + offset))
+        return new_table
 
     for factor in (180 / sp.pi, sp.pi / 180) if chain.revolute_joints else ():
         yield base.make_propagated_variant({"table": partial(scale, factor=factor)})

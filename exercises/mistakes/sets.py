@@ -32,7 +32,8 @@ MAX_COMBINATIONS = 20
 def _change_sets(change: Callable[[Chain, Components], Iterator[MistakenAnswer]]) -> AnswerGenerator:
     """Return a function that yields the wrong sets that `change` makes from the components of the correct set.
 
-    Mistakes with messages about the determinant are made only in sets of singular configurations.
+    Mistakes with messages about the determinant are made only in sets of singular configurations. These messages have
+    the words "zero" or "instead".
     """
 
     def generate(chain: Chain, part: Part) -> Iterator[MistakenAnswer]:
@@ -95,8 +96,11 @@ def _keep_one_value_in(components: Components, indices: Collection[int], value_i
 def _keep_one_root(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
     """Yield answers that give one value of a joint instead of several: in all components, in one, or for one joint."""
     indices = _find_multivalued_components(components)
+    index_choices = [[k] for k in indices]
+    if len(indices) > 1:
+        index_choices.insert(0, indices)
     for value_index in (0, 1):
-        for chosen_indices in [*([indices] if len(indices) > 1 else []), *([k] for k in indices)]:
+        for chosen_indices in index_choices:
             yield _keep_one_value_in(components, chosen_indices, value_index)
         for k in indices:  # only one of several joints has a single value
             solutions = components[k].solutions or ()
@@ -212,8 +216,12 @@ def _change_values(
 
 
 def _shift_quarter_turn(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
+    """Yield answers with all angles shifted by pi/2: in one component, or in all of them."""
     angle_indices = _find_revolute_components(components)
-    for chosen_indices in [*([k] for k in angle_indices), *([angle_indices] if len(angle_indices) > 1 else [])]:
+    index_choices = [[k] for k in angle_indices]
+    if len(angle_indices) > 1:
+        index_choices.append(angle_indices)
+    for chosen_indices in index_choices:
         yield _make_answer(_change_values(components, chosen_indices, lambda value: value + sp.pi / 2))
 
 

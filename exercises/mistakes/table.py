@@ -57,12 +57,12 @@ def _change_entries(stages: StageResults, table: Table, index: int, **new_entrie
     """Return the standard table with entries changed in one row of the table that students see."""
     row, link_row_index = _find_convention_row(stages, table, index), _find_link_row(stages, index)
     a, alpha = new_entries.pop("a", row.a), new_entries.pop("alpha", row.alpha)
-    table = table.with_row(index, **new_entries)
+    new_table = table.with_row(index, **new_entries)
     if link_row_index >= 0:
-        return table.with_row(link_row_index, a=a, alpha=alpha)
+        return new_table.with_row(link_row_index, a=a, alpha=alpha)
     yaw = table.base_yaw
     base_x_axis = np.stack([stages.arithmetic.cos(yaw), stages.arithmetic.sin(yaw), yaw * 0])
-    return replace(table, base_position=table.base_position + (a - row.a) * base_x_axis, base_tilt=alpha)
+    return replace(new_table, base_position=table.base_position + (a - row.a) * base_x_axis, base_tilt=alpha)
 
 
 def _find_link_row(stages: StageResults, index: int) -> int:
@@ -82,9 +82,11 @@ def _drop_offsets(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     def drop(joints: Sequence[int]) -> MistakeVariant:
         def apply_change(stages: StageResults, table: Table) -> Table:
+            new_table = table
             for i in joints:
-                table = table.with_row(i, **{chain.joints[i].variable_key: stages.arithmetic.convert_entry(chain.q[i])})
-            return table
+                variable = stages.arithmetic.convert_entry(chain.q[i])
+                new_table = new_table.with_row(i, **{chain.joints[i].variable_key: variable})
+            return new_table
 
         return MistakeVariant({"table": apply_change}, words=_make_offset_words(chain, joints))
 
@@ -132,11 +134,14 @@ def _scale_offsets(
 def _scale_offsets_of_joints(
     chain: Chain, offsets: Mapping[int, sp.Expr], factor: sp.Expr, joints: Sequence[int]
 ) -> MistakeVariant:
+    """Return the variant with the offsets of these joints multiplied by a factor."""
+
     def apply_change(stages: StageResults, table: Table) -> Table:
+        new_table = table
         for i in joints:
             theta = table.rows[i].theta + stages.arithmetic.convert_entry((factor - 1) * offsets[i])
-            table = table.with_row(i, theta=theta)
-        return table
+            new_table = new_table.with_row(i, theta=theta)
+        return new_table
 
     offset_texts = dict.fromkeys(f"{sp.nsimplify(offsets[i] * 180 / sp.pi)}°" for i in joints)
     words = {**_make_offset_words(chain, joints), "degrees": join_words([*offset_texts])}
@@ -205,16 +210,16 @@ def _has_moved_and_rotated_base(chain: Chain) -> bool:
 
 
 def _drop_base_rotation(stages: StageResults, table: Table) -> Table:
-    table = replace(table, base_yaw=table.base_yaw * 0)
+    new_table = replace(table, base_yaw=table.base_yaw * 0)
     if convention_of(stages.chain).base.tilt == 0:  # a tilt in `table` is then from row 1 of a modified table
-        return table
-    return replace(table, base_tilt=table.base_tilt * 0)
+        return new_table
+    return replace(new_table, base_tilt=table.base_tilt * 0)
 
 
 def _drop_base(stages: StageResults, table: Table) -> Table:
-    table = _drop_base_rotation(stages, table)
+    new_table = _drop_base_rotation(stages, table)
     is_moved = any(convention_of(stages.chain).base.position)
-    return replace(table, base_position=table.base_position * 0) if is_moved else table
+    return replace(new_table, base_position=table.base_position * 0) if is_moved else new_table
 
 
 def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
@@ -223,14 +228,17 @@ def _move_point_to_origin(stages: StageResults, table: Table) -> Table:
     In a modified table, P's x coordinate is partly in the entry a of the standard row of this frame, so the entry
     becomes zero, too.
     """
-    row_index = stages.chain.point.frame - 1
+    new_table, row_index = replace(table, point_offset=table.point_offset * 0), stages.chain.point.frame - 1
     if convention_of(stages.chain).is_proximal and row_index >= 0:
-        table = table.with_row(row_index, a=table.rows[row_index].a * 0)
-    return replace(table, point_offset=table.point_offset * 0)
+        return new_table.with_row(row_index, a=table.rows[row_index].a * 0)
+    return new_table
 
 
 def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-    """Yield the variant with the last frame's origin instead of P, or the origin before it if P is in that frame."""
+    """Yield the variant with the last origin instead of P, or with the origin before it if P is in the last frame.
+
+    In a modified table, only a point P in the last frame is replaced.
+    """
     if convention_of(chain).is_proximal:
         if chain.point.frame == chain.n > 1:
             yield MistakeVariant({"table": _move_point_to_earlier_origin}, words={"frame": chain.n - 1})
@@ -247,12 +255,14 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
     """Return a table with the lengths after the second-last origin set to zero, so that P is at this origin."""
     second_last_row, last_row = table.rows[-2:]
-    table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
-    table = table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)
-    return replace(table, point_offset=table.point_offset * 0)
+    new_table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
+    new_table = new_table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)
+    return replace(new_table, point_offset=table.point_offset * 0)
 
 
 def _keep_derivatives_up_to(frame: int) -> Callable[[StageResults, np.ndarray], np.ndarray]:
+    """Return the change that keeps the derivatives of the link vectors up to a frame, and sets the others to zero."""
+
     def apply_change(stages: StageResults, _: np.ndarray) -> np.ndarray:
         link_derivatives = graph.differentiate_links(stages)
         link_derivatives[:, frame:] = link_derivatives[:, frame:] * 0
@@ -270,12 +280,13 @@ def _use_other_units(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
             table.rows, stages.chain.joints, stages.chain.offsets, stages.chain.q, strict=True
         ):
             variable = stages.arithmetic.convert_entry(q if joint.is_prismatic else sp.S.Zero)
-            has_number = (offset if joint.is_prismatic else joint.d).is_number
             a = row.a * factor if joint.a.is_number else row.a
-            scaled_rows.append(replace(row, a=a, d=(row.d - variable) * factor + variable if has_number else row.d))
-        table = replace(table, rows=tuple(scaled_rows), base_position=table.base_position * factor)
+            has_numeric_d = (offset if joint.is_prismatic else joint.d).is_number
+            d = (row.d - variable) * factor + variable if has_numeric_d else row.d
+            scaled_rows.append(replace(row, a=a, d=d))
+        new_table = replace(table, rows=tuple(scaled_rows), base_position=table.base_position * factor)
         has_numeric_point = all(value.is_number for value in stages.chain.point.offset)
-        return replace(table, point_offset=table.point_offset * factor) if has_numeric_point else table
+        return replace(new_table, point_offset=table.point_offset * factor) if has_numeric_point else new_table
 
     if any(joint.a != 0 or joint.d != 0 for joint in chain.joints):
         yield MistakeVariant({"table": partial(scale, factor=100)}, words={"unit": "centimetres"})
@@ -309,21 +320,23 @@ def _use_next_links(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
     The transform of a row is then Rx(alpha_i) Tx(a_i) Rz(theta_i) Tz(d_i).
     """
+    rows = convention_of(chain).rows
+    empty_row = replace(rows[0], a=sp.S.Zero, alpha=sp.S.Zero)
 
     def shift_links(stages: StageResults, table: Table) -> Table:
-        point = convention_of(stages.chain).point
+        new_table, point = table, convention_of(stages.chain).point
         offset = np.stack([stages.arithmetic.convert_entry(value) for value in point.offset])
         for i, next_row in zip(range(stages.n), [*rows[1:], empty_row], strict=False):
             a, alpha = stages.arithmetic.convert_entry(next_row.a), stages.arithmetic.convert_entry(next_row.alpha)
-            table = _change_entries(stages, table, i, a=a, alpha=alpha)
+            new_table = _change_entries(stages, new_table, i, a=a, alpha=alpha)
         if 0 < point.frame < stages.n:  # the coordinates of P now refer to the previous frame
-            row = table.rows[point.frame - 1]
+            row = new_table.rows[point.frame - 1]
             moved_offset = offset - np.stack([row.a, row.a * 0, row.a * 0])
-            table = replace(table, point_offset=apply_matrix(graph.make_rotation_x(stages, -row.alpha), moved_offset))
-        return table
+            return replace(
+                new_table, point_offset=apply_matrix(graph.make_rotation_x(stages, -row.alpha), moved_offset)
+            )
+        return new_table
 
-    rows = convention_of(chain).rows
-    empty_row = replace(rows[0], a=sp.S.Zero, alpha=sp.S.Zero)
     if len({(row.a, row.alpha) for row in (*rows, empty_row)}) > 1:
         yield make_propagated_variant({"table": shift_links})
 

@@ -85,9 +85,9 @@ def compute_share_of_entries(
 ) -> Fraction:
     """Return the share for a matrix, or for several numbers, if at least one entry is wrong.
 
-    The share is the number of correct nonzero entries, minus the number of zeros that were answered with something
-    else, divided by the number of nonzero entries. `is_zero` says which entries of the reference are zero, and
-    `is_blank` which entries the student left blank.
+    The share is a fraction of the nonzero entries: the number of those that are correct, minus the number of zeros that
+    were answered with something else. `is_zero` says which entries of the reference are zero, and `is_blank` which
+    entries the student left blank.
 
     >>> compute_share_of_entries([True, False, True, True], is_zero=[False, False, True, False])
     Fraction(2, 3)
@@ -145,7 +145,8 @@ def compute_share_of_set(
         return Fraction(0)
     share = MISTAKE_FACTOR**false_conditions * (1 - SIGN_OR_FACTOR_COST * is_rounded)
     for found_count, expected_count in found_and_expected:
-        share *= 1 if found_count == expected_count else INCOMPLETE_CONDITION_FACTOR if found_count else MISTAKE_FACTOR
+        if found_count != expected_count:
+            share *= INCOMPLETE_CONDITION_FACTOR if found_count else MISTAKE_FACTOR
     return share if share < 1 else MISTAKE_FACTOR  # the only error is an additional condition without a solution
 
 

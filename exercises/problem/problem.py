@@ -37,10 +37,10 @@ class ProblemId:
     - `engine` is the version of the problem generator.
     - `band` has the minimum and the maximum level of difficulty of the arm; None allows any level.
     - `variation` says how much the arm may differ from the chapter's arm ("chapter" means not at all).
-    - `convention` is the convention in which the arm is described (a DH table or screw axes), and `twist_order` is the
-      order of the rows of its twists (omega-v or v-omega). Both are "" for the family's default.
+    - `convention` is the convention in which the arm is described: a kind of DH table, or screw axes. `twist_order` is
+      the order of the rows of its twists: omega-v or v-omega. Both are "" for the family's default.
 
-    The text form is FAMILY/SEED and everything that is not the default, as in planar-2r/7@chapter@screws@v-omega.
+    In text, an identity is FAMILY/SEED, followed by all that is not the default: planar-2r/7@chapter@screws@v-omega.
     """
 
     family: str
@@ -78,7 +78,10 @@ class ProblemId:
         """
         new_convention = normalize_convention(convention) if convention else self.convention
         new_order = normalize_twist_order(twist_order) if twist_order else self.twist_order
-        has_twist_order = bool(REGISTRY[new_convention].twist_orders) if new_convention else not convention
+        if new_convention:
+            has_twist_order = bool(REGISTRY[new_convention].twist_orders)
+        else:  # unless the default convention, a table, is given by name, an order of twists implies screw axes
+            has_twist_order = not convention
         if (twist_order or new_order) and not has_twist_order:
             table_words = f"is described by a table (convention = {convention or new_convention!r})"
             raise QdotError(f"{self.family_and_seed} {table_words}; {TWIST_ORDER_HINT}")
@@ -98,7 +101,8 @@ class ProblemId:
             lower_case = str(ProblemId.parse(text.lower(), hint))
             raise QdotError(f"{text!r} has capital letters, but names are lower-case: write {lower_case!r}{hint}")
         if len(seed) > len(str(MAX_SEED)) or int(seed) > MAX_SEED:
-            raise QdotError(f"{family}/{seed[:25]}{'…' * (len(seed) > 25)}: the largest seed is {MAX_SEED}")
+            shown_seed = seed if len(seed) <= 25 else f"{seed[:25]}…"
+            raise QdotError(f"{family}/{shown_seed}: the largest seed is {MAX_SEED}")
         suffix_of_kind = _classify_suffixes(text, suffixes.split("@")[1:])
         problem = ProblemId(family, int(seed)).with_variation(suffix_of_kind["variation"])
         return problem.with_convention(suffix_of_kind["convention"], suffix_of_kind["order of twists"])
@@ -383,7 +387,7 @@ class Problem:
         return Domain(roles)
 
     def select_domain(self, part: Part) -> Domain:
-        """Return the domain for the answer to a part, for which messages don't list the symbols of other parts."""
+        """Return the domain for the answer to a part: messages about unknown names don't list other parts' symbols."""
         other_symbols = {name for other_part in self.parts for name in other_part.symbols} - set(part.symbols)
         return replace(self.domain, unlisted_names=frozenset(other_symbols))
 

@@ -20,7 +20,7 @@ from qdot.exercises.reference_answers.base import Answer, Json, T
 from qdot.exercises.singularities.singular_set import Component
 
 COUNT_TOLERANCE = 1e-9
-"""Relative and absolute error that is allowed for counts; it only allows for floating point."""
+"""Relative and absolute error that is allowed for counts, which are exact apart from floating-point rounding."""
 
 
 class _Formulas(Answer):
@@ -238,7 +238,7 @@ class ConditionSet(Answer):
     list_formulas = as_json = list_pieces
 
     def group_by_component(self, items: Sequence[T]) -> list[list[T]]:
-        """Group items, of which there is one for each piece of the set, by component."""
+        """Group items by component; there is one item for each piece of the set."""
         remaining_items = iter(items)
         return [list(islice(remaining_items, len(component.list_pieces()))) for component in self.components]
 

@@ -47,23 +47,23 @@ def _list_whole_answer(_: Chain, question: str) -> list[OptionSubject]:
 
 def _list_position_subjects(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the whole position and, because it may be too long for an option, each coordinate."""
-    return [OptionSubject(question), *(OptionSubject(question, None, row) for row in range(len(chain.linear_axes)))]
+    return [OptionSubject(question), *(OptionSubject(question, row=row) for row in range(len(chain.linear_axes)))]
 
 
 def _find_varying_columns(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the columns that depend on the configuration, because other columns need no calculation."""
     matrix = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
-    return [OptionSubject(question, i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
+    return [OptionSubject(question, column=i) for i in range(matrix.cols) if matrix.col(i).has(*chain.q)]
 
 
 def _find_varying_entries(chain: Chain, question: str) -> list[OptionSubject]:
     """Return the entries of a vector that depend on the configuration."""
     vector = wrong_formulas.ask_base_question(chain, question).answer.as_matrix()
-    return [OptionSubject(question, None, row) for row in range(vector.rows) if vector[row].has(*chain.q)]
+    return [OptionSubject(question, row=row) for row in range(vector.rows) if vector[row].has(*chain.q)]
 
 
 def _list_columns(chain: Chain, question: str, first_column: int = 0) -> list[OptionSubject]:
-    return [OptionSubject(question, column) for column in range(first_column, chain.n)]
+    return [OptionSubject(question, column=column) for column in range(first_column, chain.n)]
 
 
 def _ask_formula(chain: Chain, rng: Stream, find_subjects: SubjectFinder, question: str) -> AnswerAndDetails | None:
@@ -154,8 +154,8 @@ def _split_columns(chain: Chain) -> list[sp.Matrix]:
 
 def _make_extra_column(chain: Chain, rng: Stream) -> OfferedOption | None:
     """Return a wrong column that differs from all correct columns, or None if none is found."""
-    for number in rng.permutation(range(chain.n)):
-        options = wrong_formulas.make_four_options(chain, OptionSubject("jacobian", number), rng) or ()
+    for column in rng.permutation(range(chain.n)):
+        options = wrong_formulas.make_four_options(chain, OptionSubject("jacobian", column=column), rng) or ()
         for option in options[1:]:  # the first option is correct
             is_different = wrong_formulas.are_different_functions(chain, [*_split_columns(chain), option.content])
             if is_different and len(option.text) <= MAX_CHARACTERS:

@@ -119,7 +119,8 @@ def _sample_falsely_singular_configuration(
     """Return a regular configuration with the joint values of a component that does not belong to the singular set."""
     assert component.solutions is not None
     for _ in range(MAX_COMPONENT_TRIES):
-        configuration = sample_regular_configuration(chain, rng, _find_clearly_regular_ratio(chain), False)
+        min_ratio = _find_clearly_regular_ratio(chain)
+        configuration = sample_regular_configuration(chain, rng, min_ratio, prefers_misleading=False)
         if configuration is None:
             return None
         component_values = {q: rng.choice(solutions) for q, solutions in component.solutions}
@@ -179,6 +180,7 @@ def _write_configuration(configuration: ExactConfiguration) -> str:
 
 
 def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Offer five configurations, of which two or three are singular."""
     for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
         singular_count = rng.choice((2, 3))
@@ -193,6 +195,7 @@ def _ask_which_are_singular(chain: Chain, rng: Stream) -> AnswerAndDetails | Non
 
 
 def _ask_which_drawing(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Offer drawings of four configurations, of which one is singular."""
     for _ in range(MAX_ARM_TRIES):
         arm, lengths = _assign_random_lengths(chain, rng)
         singular_candidates = _select_distinct(_sample_singular_configurations(arm, rng), 1)

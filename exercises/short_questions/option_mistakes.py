@@ -34,8 +34,8 @@ would give the same numbers by chance.
 def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames]:
     """Return the mistakes that lead to each option (none for a correct option).
 
-    In a matching question, the mistakes of an option lead to its wrong assignment. `stream` samples the configuration
-    at which numeric options are evaluated, unless the question gives one.
+    In a matching question, the mistakes of an option lead a student to match it to a wrong item. `stream` samples the
+    configuration at which numeric options are evaluated, unless the question gives one.
     """
     answer = part.answer
     blames = {**_blame_by_effect(problem, part, stream), **_blame_by_mistaken_answers(problem, part)}
@@ -50,10 +50,10 @@ def explain_options(problem: Problem, part: Part, stream: Stream) -> list[Blames
 def _blame_by_mistaken_answers(problem: Problem, part: Part) -> Mapping[int, Blames]:
     """Return the first known mistake that leads to each wrong option, by the index of the option."""
     blames: dict[int, Blames] = {}
-    for mistake, variant in catalogue.generate_mistaken_answers(problem.chain, part):
-        if isinstance(variant.answer, Letters):
-            for index in set(variant.answer.correct_indices) - set(part.answer.correct_indices):
-                blames.setdefault(index, (Blame.from_mistake(mistake, variant.words.items()),))
+    for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part):
+        if isinstance(mistaken_answer.answer, Letters):
+            for index in set(mistaken_answer.answer.correct_indices) - set(part.answer.correct_indices):
+                blames.setdefault(index, (Blame.from_mistake(mistake, mistaken_answer.words.items()),))
     return blames
 
 

@@ -17,6 +17,8 @@ from qdot.exercises.short_questions.short_question import ShortQuestion
 OPTION_COUNT = 5
 MAX_CHARACTERS = wrong_formulas.MAX_CHARACTERS_PER_ENTRY
 """Maximum number of characters of a result with equal forms as options. An option may be twice as long."""
+MAX_TRIES = 8
+"""Maximum number of random sets of five options that are tried until all their texts differ."""
 
 
 @dataclass(frozen=True)
@@ -57,8 +59,9 @@ class QuantityDetails(Details):
 
 
 def _ask_dependence(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
+    """Choose a result that depends on some joints, but not on all, and ask on which joints it depends."""
     coordinates = [Quantity("position", "xyz".index(axis)) for axis in chain.linear_axes]
-    columns = [Quantity("column", None, column) for column in range(chain.n)]
+    columns = [Quantity("column", column=column) for column in range(chain.n)]
     candidates = []
     for quantity in (*_list_determinant_if_square(chain), *coordinates, *columns):
         symbols = quantity.derive_formulas(chain).free_symbols
@@ -111,13 +114,13 @@ def _make_five_options(chain: Chain, quantity: Quantity, rng: Stream) -> list[Of
     subject = wrong_formulas.OptionSubject(base_question, quantity.column, quantity.row)
     wrong_forms = [
         (form, blame)
-        for formula, blame in wrong_formulas.find_wrong_forms(symbolic_chain, subject)
+        for formula, blame in wrong_formulas.find_wrong_formulas(symbolic_chain, subject)
         for form in _list_equal_forms(symbolic_chain, formula)
     ]
     if len(correct_forms) < 2 or len(wrong_forms) < 3:
         return None
     correct_count = min(rng.choice((2, 3)), len(correct_forms))
-    for _ in range(8):
+    for _ in range(MAX_TRIES):
         correct_options = [OfferedOption(substitute(form)) for form in rng.permutation(correct_forms)[:correct_count]]
         chosen_wrong_forms = rng.permutation(wrong_forms)[: OPTION_COUNT - correct_count]
         options = correct_options + [OfferedOption(substitute(form), (blame,)) for form, blame in chosen_wrong_forms]

@@ -42,7 +42,7 @@ drawing."""
 
 
 def _sample_regular_configuration(chain: Chain, rng: Stream) -> ExactConfiguration | None:
-    return sample_regular_configuration(chain, rng, 0.05, prefers_misleading=False)
+    return sample_regular_configuration(chain, rng, min_ratio=0.05, prefers_misleading=False)
 
 
 # --- numbers ---
@@ -147,12 +147,13 @@ def _ask_true_or_false(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
 
 
 def _sample_statements(chain: Chain, is_true: bool, rng: Stream) -> Iterator[ConfigurationStatement]:
+    """Yield statements of both kinds in random order, all true or all false; a kind that does not apply is left out."""
     for statement_kind in rng.permutation(("singular", "moves")):
         if statement_kind == "singular" and (components := find_singular_set(chain)):
             if is_true:
                 configuration = sample_displayable_configuration(chain, (rng.choice(components),), rng)
             else:
-                configuration = sample_regular_configuration(chain, rng, 0.12)
+                configuration = sample_regular_configuration(chain, rng, min_ratio=0.12)
             if configuration is not None:
                 yield ConfigurationStatement(statement_kind="singular", configuration=configuration)
         if statement_kind == "moves":

@@ -1,4 +1,4 @@
-"""Generate wrong formulas as options, by known mistakes, so that they look as plausible as the correct formula.
+"""Generate wrong formulas as options, which known mistakes make as plausible as the correct formula.
 
 Two mistakes give three wrong options: with the first mistake, with the second, and with both. Each mistake then occurs
 in two of the four options, so the correct option is not more similar to the others than they are to each other. It is
@@ -46,7 +46,8 @@ formulas."""
 MAX_VARIANTS_FOR_ANY_PAIR = 8
 """Maximum number of variants of mistakes for which two variants of the same mistake may be combined."""
 SCREW_MISTAKES = frozenset(screws.VARIANTS)
-"""The names of the mistakes about screws. Mistakes in the order or the signs of entries are not among them."""
+"""The names of the mistakes about screws. Options about screws come only from these mistakes, not from mistakes in the
+order or the signs of entries."""
 NOT_A_NUMBER = (sp.nan, sp.zoo, sp.oo)
 """SymPy's results of operations that are undefined, such as a division by zero."""
 MAX_CHARACTERS_PER_ENTRY, MIN_CHARACTER_LIMIT = 110, 260
@@ -102,7 +103,10 @@ def ask_base_question(symbolic_chain: Chain, question: str) -> Part:
 
 @lru_cache(maxsize=512)
 def _sample_values(symbolic_chain: Chain, question: str) -> Mapping[str, np.ndarray]:
-    """Return random values of all symbols of a question, by name: SAMPLE_COUNT values each."""
+    """Return random values of all symbols of a question, by name: SAMPLE_COUNT values each.
+
+    The first READABLE_POINTS samples are omitted, because they are rounded and may be singular.
+    """
     roles = make_domain(symbolic_chain).roles
     rates = (rate.name for rate in symbolic_chain.rates)
     names = {*roles, *rates, *symbolic_chain.task, *ask_base_question(symbolic_chain, question).symbols}
@@ -290,12 +294,12 @@ def are_different_functions(chain: Chain, formulas: list[sp.Matrix]) -> bool:
     names = {symbol.name for formula in formulas for symbol in formula.free_symbols}
     count = READABLE_POINTS + SAMPLE_COUNT
     samples = Domain(make_domain(chain).roles).sample(names, count, Stream("quiz"))
-    all_values = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # at least one symbol
+    all_values = evaluate(programs, samples or {"any": np.ones(count)}, count).values  # `evaluate` needs a symbol
     values = all_values.reshape(len(formulas), -1, count)[:, :, READABLE_POINTS:]
     return bool(np.isfinite(values).all()) and all(have_different_values(a, b) for a, b in combinations(values, 2))
 
 
-def find_wrong_forms(symbolic_chain: Chain, subject: OptionSubject) -> list[tuple[sp.Expr, Blame]]:
+def find_wrong_formulas(symbolic_chain: Chain, subject: OptionSubject) -> list[tuple[sp.Expr, Blame]]:
     """Return the wrong formulas for an entry that single mistakes give, each with its mistake."""
     return [
         (answer[0], variant.blame)

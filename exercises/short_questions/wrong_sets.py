@@ -72,9 +72,9 @@ def make_wrong_sets(chain: Chain, components: ComponentSet) -> tuple[OfferedOpti
     """Return the wrong sets that known mistakes give instead of the set of `components`, each with its mistake."""
     part = Part("singular-angles", "singular-angles", ConditionSet(components))
     return tuple(
-        OfferedOption(variant.answer.components, (Blame.from_mistake(mistake, variant.words.items()),))
-        for mistake, variant in generate_mistaken_answers(chain, part)
-        if options.is_plausible(mistake) and isinstance(variant.answer, ConditionSet)
+        OfferedOption(mistaken_answer.answer.components, (Blame.from_mistake(mistake, mistaken_answer.words.items()),))
+        for mistake, mistaken_answer in generate_mistaken_answers(chain, part)
+        if options.is_plausible(mistake) and isinstance(mistaken_answer.answer, ConditionSet)
     )
 
 
