@@ -64,13 +64,18 @@ def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
     catalogue = load_catalogue(language)
     arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
     examples: list[Example] = []
-    for number, title, key, questions in (entry.values() for entry in read_entries("examples")):
+    for entry in read_entries("examples"):
+        key, questions = entry["key"], entry["questions"]
         titles = [catalogue.translate_question(QUESTIONS[name].title) for name in questions]
         solutions = [_write_worked_solution(arms[key], name, language) for name in questions]
         steps = tuple(zip(titles, solutions, strict=True))
-        is_first_use = all(example.key != key for example in examples)
-        shown_drawings = is_first_use, "singular-angles" in questions
-        examples.append(Example(number, catalogue.gettext(title), key, arms[key], steps, *shown_drawings))
+        examples.append(
+            Example(
+                number=entry["number"], title=catalogue.gettext(entry["title"]), key=key, arm=arms[key], steps=steps,
+                shows_arm=all(example.key != key for example in examples),
+                shows_singularities="singular-angles" in questions,
+            )
+        )  # fmt: skip
     return tuple(examples)
 
 

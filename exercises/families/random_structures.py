@@ -155,6 +155,7 @@ def _mount_arm(chain: Chain, rng: Stream) -> Chain:
     """Return the arm mounted on the floor, the ceiling or a wall, with the rows of its task rotated accordingly."""
     mounted_chain = variations.mount_base(chain, rng)
     rotation = rot_z(mounted_chain.base.yaw) * rot_x(mounted_chain.base.tilt)
+    # Axis k of the base is the world axis whose entry in column k of the rotation is not zero.
     rotated_axis_names = {"xyz"[k]: "xyz"[next(i for i in range(3) if rotation[i, k] != 0)] for k in range(3)}
     rows = {row[0] + rotated_axis_names[row[1]] for row in chain.task}
     mounted_chain = replace(mounted_chain, task=tuple(row for row in VELOCITY_NAMES if row in rows))

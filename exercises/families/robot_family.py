@@ -24,12 +24,13 @@ def read_robot_family(path: Path, robot: Robot | None = None) -> Family:
 
     `robot` is the content of the file; if it is None, the file is read.
     """
-    robot = robot or read_robot_file(path)
+    known_robot = robot or read_robot_file(path)
     name = re.sub(r"[^a-z0-9]+", "-", path.stem.lower()).strip("-") or "robot"
-    axes = {"lengths": partial(_sample_lengths, ranges=robot.length_ranges)} if robot.length_ranges else {}
+    ranges = known_robot.length_ranges
+    axes = {"lengths": partial(_sample_lengths, ranges=ranges)} if ranges else {}
     robot_argument = path.stem if path.parent == ROBOT_FOLDER else shlex.quote(str(path))
-    chain, source = replace(robot.chain, name=name), robot.source or path.name
-    return Family(name, robot.chain.title, source, chain, axes, robot_argument=robot_argument)
+    chain, source = replace(known_robot.chain, name=name), known_robot.source or path.name
+    return Family(name, chain.title, source, chain, axes, robot_argument=robot_argument)
 
 
 def _sample_lengths(chain: Chain, rng: Stream, ranges: Sequence[LengthRange]) -> Chain:
@@ -38,8 +39,8 @@ def _sample_lengths(chain: Chain, rng: Stream, ranges: Sequence[LengthRange]) ->
     If the ranges allow it, the lengths are clearly different.
     """
     for _ in range(MAX_TRIES):
-        lengths = [rng.integer(item.min_cm, item.max_cm) for item in ranges]
+        lengths = [rng.integer(length_range.min_cm, length_range.max_cm) for length_range in ranges]
         if are_distinct(lengths):
             break
-    values = {item.symbol: to_metres(length) for item, length in zip(ranges, lengths, strict=True)}
-    return substitute_in_arm(chain, values)
+    pairs = zip(ranges, lengths, strict=True)
+    return substitute_in_arm(chain, {length_range.symbol: to_metres(length) for length_range, length in pairs})

@@ -11,7 +11,7 @@ The code of a structure has one word for each joint, such as "Rdx Ra Pt". Each w
 other letters mark what is not zero: a_i, d_i, t for theta_i of a prismatic joint, x for the twist.
 
 Structures of one *class* lead to the same problem: their Jacobians differ only in signs and names of symbols. A program
-found all clean structures and their classes once; the head of structures.txt says where it is in the history.
+found all clean structures and their classes. The first line of structures.txt names it, and the revision that has it.
 """
 
 from dataclasses import dataclass

@@ -125,7 +125,7 @@ def raise_and_rotate_base(chain: Chain, rng: Stream) -> Chain:
 
 
 def raise_and_tilt_base(chain: Chain, rng: Stream) -> Chain:
-    """Put the base at a height above the world's origin, tilted by a right angle or not."""
+    """Put the base at a height above the world's origin, tilted by a multiple of 90 degrees."""
     tilt = to_radians(rng.choice(RIGHT_ANGLES))
     return replace(chain, base=replace(raise_base(chain, rng).base, tilt=tilt))
 

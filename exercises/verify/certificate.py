@@ -103,7 +103,7 @@ def _check_full_rank(model: NumericModel) -> Check:
     """Check that J has full rank at some configuration: otherwise the arm is singular everywhere."""
     chain, jacobian = model.chain, model.exponential_jacobian
     sigma = np.linalg.svd(jacobian[:, model.task_rows], compute_uv=False)
-    rank_found = int((sigma > rank.ZERO_SHARE * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
+    rank_found = int((sigma > rank.ZERO_RATIO * np.linalg.norm(jacobian, axis=(1, 2))[:, None]).sum(axis=1).max())
     full_rank = min(len(chain.task), chain.n)
     detail = f"J for the task {', '.join(chain.task)} has rank {rank_found}"
     if rank_found < full_rank:

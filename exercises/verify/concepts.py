@@ -57,7 +57,10 @@ def _check_invertibility(model: NumericModel, part: Part) -> Checks:
     jacobian = model.exponential_jacobian_at(details.configuration)[task_rows]
     rank, is_clear = find_rank(jacobian)
     m, n = jacobian.shape
-    expected_key = ("regular" if rank == n else "singular") if m == n else "redundant" if m < n else "few"
+    if m == n:
+        expected_key = "regular" if rank == n else "singular"
+    else:
+        expected_key = "redundant" if m < n else "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
     is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_key] and details.answer_key == expected_key

@@ -196,8 +196,8 @@ def _convert_to_matrices(value: np.ndarray) -> np.ndarray:
     return np.moveaxis(rows if rows.ndim == 3 else rows[:, None], -1, 0)
 
 
-MAX_HALVINGS, MIN_PRECISE_SHARE = 6, 1 / 3
-"""How often the step of differences is halved, and the share of the samples at which differences must be precise."""
+MAX_HALVINGS, MIN_PRECISE_FRACTION = 6, 1 / 3
+"""How often the step of differences is halved, and the fraction of the samples at which they must be precise."""
 
 
 def _check_agreement(evaluator: DefinitionEvaluator, quantities: GeometryQuantities, reference: np.ndarray) -> Check:
@@ -206,23 +206,23 @@ def _check_agreement(evaluator: DefinitionEvaluator, quantities: GeometryQuantit
     The step is halved until two results agree, because the usual step is too long near a pole or a corner. Samples at
     which no step is precise prove nothing, and are left out.
     """
-    name, expected = "geometry and differences", np.array(np.nan)
+    name, expected, finer_quantities = "geometry and differences", np.array(np.nan), quantities
     error, coarser_result = np.array(np.inf), expected
     for _ in range(MAX_HALVINGS):
-        value = compute(evaluator.formulas[0], quantities)
+        value = compute(evaluator.formulas[0], finer_quantities)
         result = _convert_to_matrices(select_components(value, evaluator.definition.rows))
         with np.errstate(invalid="ignore"):
             scale = 1 + np.abs(result).max(axis=(1, 2))
             difference = np.abs(result - coarser_result).max(axis=(1, 2)) / scale
         expected = np.where((difference < error)[:, None, None], result, expected)
         error, coarser_result = np.fmin(error, difference), result
-        quantities = quantities.halve_step()
+        finer_quantities = finer_quantities.halve_step()
         is_precise = error < DIFFERENCE_TOLERANCE / 10
         if is_precise.all():
             break
     else:
         is_precise |= np.isnan(coarser_result).any(axis=(1, 2))  # an undefined number agrees with no reference
-        if is_precise.mean() < MIN_PRECISE_SHARE:
+        if is_precise.mean() < MIN_PRECISE_FRACTION:
             return Check(name, False, "the differences are not precise enough to compare the reference with them")
     return check_agreement(name, reference[is_precise], expected[is_precise], DIFFERENCE_TOLERANCE)
 
@@ -266,7 +266,7 @@ def _check_options(model: NumericModel, part: Part, evaluator: DefinitionEvaluat
 # --- configurations at which formulas are zero ---
 
 START_COUNT, STEP_COUNT = 16, 25
-"""The number of configurations where searches for zeros start, and of Newton steps in each search."""
+"""Number of configurations from which searches for zeros start, and number of Newton steps in each search."""
 ZERO_TOLERANCE, MATCH_TOLERANCE, DIFFERENCE_STEP, NEAR_ZERO = 1e-9, 1e-5, 1e-6, 1e-11
 """Tolerances for zero and for a configuration, step of differences, and a small distance from a zero.
 
@@ -346,7 +346,8 @@ def _find_real_value(formula: sp.Expr) -> float:
 def _find_zeros(function: Function, starts: np.ndarray) -> np.ndarray:
     """Return the zeros of a function that Newton's method finds from some configurations.
 
-    Each step is the smallest that solves the linearized equations, and changes no joint variable by more than 0.5.
+    Each step is the smallest that solves the linearized equations. It changes no joint variable by more than 0.5 rad or
+    0.5 m.
     """
     q, joint_count = starts.copy(), starts.shape[1]
     nudges = DIFFERENCE_STEP * np.concatenate([np.zeros((1, joint_count)), np.eye(joint_count), -np.eye(joint_count)])

@@ -182,7 +182,7 @@ CHECKS: dict[str, PartCheck] = {
     "inverse-velocity": _make_product_check(lambda model: model.task_velocities),
     "transform": make_formula_check(lambda model, _: {"frames": (model.convention_frames[:, -1], EXACT_TOLERANCE)}),
     "tool-jacobian": make_jacobian_check(_rotate_to_tool_frame),
-    "arm-block": make_jacobian_check(lambda _numeric, _part, jacobian: jacobian[:, :3, :3]),
+    "arm-block": make_jacobian_check(lambda _model, _part, jacobian: jacobian[:, :3, :3]),
     "wrist-block": make_jacobian_check(_compute_wrist_block),
     "block-determinants": _check_block_determinants,
     "joint-torques": make_jacobian_check(_compute_joint_torques),

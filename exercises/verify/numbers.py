@@ -12,7 +12,7 @@ from qdot.exercises.reference_answers import Direction, Number
 from qdot.exercises.verify.formulas import EXACT_TOLERANCE, PartCheck, check_agreement
 from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios
 
-MIN_CONDITIONING_SHARE = 0.7
+MIN_CONDITIONING_FACTOR = 0.7
 """Configurations are sampled with a minimum sigma_min/sigma_max; the check requires this fraction of the minimum."""
 
 NUMBER_TOLERANCE = 1e-8
@@ -36,7 +36,7 @@ def check_three_digits(part: Part) -> Check:
 def _check_conditioning(model: NumericModel, jacobian: np.ndarray) -> Check:
     """Check that J is well conditioned at a configuration, so that small errors stay small."""
     ratio = float(compute_conditioning_ratios(jacobian))
-    min_ratio = MIN_CONDITIONING_SHARE * find_min_conditioning(model.chain)
+    min_ratio = MIN_CONDITIONING_FACTOR * find_min_conditioning(model.chain)
     return Check("well conditioned", ratio > min_ratio, f"sigma_min/sigma_max = {ratio:.3f}")
 
 

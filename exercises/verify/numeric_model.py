@@ -56,7 +56,7 @@ class NumericModel:
     - `frames`: the frames of the standard table, (…, n + 1, 4, 4)
     - `convention_frames`: the frames that students see, (…, n + 1, 4, 4)
     - `point`: the tool point, (…, 3)
-    - `jacobian`: the geometric Jacobian with columns (z x p, z), (…, 6, n)
+    - `jacobian`: the geometric Jacobian with columns (z x p*, z), (…, 6, n)
     - `exponential_jacobian`: the same matrix from the product of exponentials
     - `frame_velocities`: the linear and angular velocity of each frame at unit rate of each joint, (…, n, n + 1, 6)
     - `convention_velocities`: the same for the frames that students see
@@ -311,10 +311,11 @@ def compute_exponential_jacobian(arm: NumericChain, q: np.ndarray) -> np.ndarray
         pose = pose @ compute_screw_exponential(omega, v, q[..., i])
     if arm.point_frame == q.shape[-1]:
         point = transform_point(pose, point)
-    columns = [
-        np.concatenate([(linear_part + cross(angular_part, point)) * (i < arm.point_frame), angular_part], axis=-1)
-        for i, (angular_part, linear_part) in enumerate(screws)
-    ]
+    columns = []
+    for i, (angular_part, linear_part) in enumerate(screws):
+        velocity = linear_part + cross(angular_part, point)
+        moves_point = i < arm.point_frame
+        columns.append(np.concatenate([velocity if moves_point else 0 * velocity, angular_part], axis=-1))
     return np.stack(columns, axis=-1)
 
 
@@ -335,7 +336,7 @@ def compute_screw_exponential(omega: np.ndarray, v: np.ndarray, theta: np.ndarra
     `omega` and `v` are the angular and the linear part of the screws, (…, 3); `theta` is the joint variable, (…).
     """
     matrix, angle = make_skew_matrix(omega), theta[..., None, None]
-    is_revolute = (np.linalg.norm(omega, axis=-1) > 0.5)[..., None, None]
+    is_revolute = (np.linalg.norm(omega, axis=-1) > 0.5)[..., None, None]  # omega is a unit vector or zero
     identity = np.broadcast_to(np.eye(3), matrix.shape)
     rotation = identity + np.sin(angle) * matrix + (1 - np.cos(angle)) * matrix @ matrix
     prismatic_part = angle * identity

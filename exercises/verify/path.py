@@ -11,18 +11,22 @@ from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions.path import LESS_REGULAR_CONDITIONING, PathDetails, WeldingLine
 from qdot.exercises.verify.formulas import PartCheck, check_agreement
 from qdot.exercises.verify.numbers import (
-    MIN_CONDITIONING_SHARE,
+    MIN_CONDITIONING_FACTOR,
     NUMBER_TOLERANCE,
     check_three_digits,
     list_reference_numbers,
 )
 from qdot.exercises.verify.numeric_model import Check, Checks, NumericModel, compute_conditioning_ratios
 
-STEP = 1e-4
-"""Step (m) of the finite differences."""
+STEP, DIFFERENCE_TOLERANCE = 1e-4, 1e-5
+"""Step (m) of the finite differences, and the relative error allowed for rates computed from them."""
 
 STATION_COUNT = 60
 """Number of points along a line at which the joint values are computed."""
+
+MAX_JUMP, MAX_GAP = 0.2, 1e-6
+"""Maximum change of a joint value (rad or m) in one step along a line, and maximum difference of the final joint values
+if the line is followed in other steps."""
 
 
 class LineFollower:
@@ -41,9 +45,9 @@ class LineFollower:
         self.length = float(np.linalg.norm(displacement))
         self.direction = displacement / self.length
 
-    def solve_at(self, q: np.ndarray, s: float) -> np.ndarray:
-        """Return the joint values at the distance s, found by Newton's method from q."""
-        frames = self.arm.compute_frames(q)
+    def solve_at(self, initial_q: np.ndarray, s: float) -> np.ndarray:
+        """Return the joint values at the distance s, found by Newton's method from `initial_q`."""
+        q, frames = initial_q, self.arm.compute_frames(initial_q)
         for _ in range(20):
             error = self.origin + s * self.direction - self.arm.compute_point_of(frames)[self.task_rows]
             if np.abs(error).max() < 1e-14:
@@ -81,11 +85,11 @@ def _check_path_rates(model: NumericModel, part: Part) -> Checks:
     configurations = line.follow(np.linspace(0, s, STATION_COUNT))
     for name, expected, tolerance in (
         ("linear solve", line.compute_rates(configurations[-1]), NUMBER_TOLERANCE),
-        ("differences along the line", line.compute_rates_by_differences(configurations[-1], s), 1e-5),
+        ("differences along the line", line.compute_rates_by_differences(configurations[-1], s), DIFFERENCE_TOLERANCE),
     ):
         yield check_agreement(name, list_reference_numbers(part), expected[None, :, None], tolerance)
     yield Check("on the line", s < line.length, f"{s:g} m of {line.length:.3f} m")
-    yield _check_one_branch(line, configurations, s, MIN_CONDITIONING_SHARE * LESS_REGULAR_CONDITIONING)
+    yield _check_one_branch(line, configurations, s, MIN_CONDITIONING_FACTOR * LESS_REGULAR_CONDITIONING)
     yield check_three_digits(part)
 
 
@@ -102,7 +106,7 @@ def _check_one_branch(line: LineFollower, configurations: np.ndarray, s: float, 
         compute_conditioning_ratios(line.arm.compute_jacobian(closer_configurations)[:, line.task_rows]).min()
     )
     detail = f"sigma_min/sigma_max at least {ratio:.3f}, steps of the joints at most {jump:.3f}, ends {gap:.1e} apart"
-    return Check("on one branch", ratio > min_ratio and jump < 0.2 and gap < 1e-6, detail)
+    return Check("on one branch", ratio > min_ratio and jump < MAX_JUMP and gap < MAX_GAP, detail)
 
 
 CHECKS: dict[str, PartCheck] = {"path-rates": _check_path_rates}

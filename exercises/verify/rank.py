@@ -30,11 +30,11 @@ from qdot.exercises.verify.numeric_model import (
 )
 from qdot.exercises.verify.singularity_statements import check_side_of_lost_direction, statement_holds
 
-ZERO_SHARE, NONZERO_SHARE = 1e-9, 0.02
+ZERO_RATIO, NONZERO_RATIO = 1e-9, 0.02
 """Fractions of the largest singular value.
 
-A singular value below `ZERO_SHARE` of the largest counts as zero. If a singular value is between `ZERO_SHARE` and
-`NONZERO_SHARE`, the rank is unclear and the check fails.
+A singular value below `ZERO_RATIO` of the largest counts as zero. If a singular value is between `ZERO_RATIO` and
+`NONZERO_RATIO`, the rank is unclear and the check fails.
 """
 
 
@@ -49,8 +49,8 @@ def find_rank(jacobian: np.ndarray) -> NumericRank:
     """Return the rank of a matrix, determined by its singular values."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
     shares = sigma / max(float(sigma[0]), 1e-12)
-    is_unclear = np.any((shares > ZERO_SHARE) & (shares < NONZERO_SHARE))
-    return NumericRank(int(np.sum(shares > ZERO_SHARE)), not is_unclear)
+    is_unclear = np.any((shares > ZERO_RATIO) & (shares < NONZERO_RATIO))
+    return NumericRank(int(np.sum(shares > ZERO_RATIO)), not is_unclear)
 
 
 def _check_rank(model: NumericModel, part: Part) -> Checks:
@@ -153,7 +153,7 @@ def _generate_arms(model: NumericModel) -> Iterator[tuple[NumericChain, Mapping[
     """Yield the numeric arms of the reference with their lengths, and then arms with other lengths."""
     yield from zip(model.arms, model.lengths, strict=True)
     for _ in range(MAX_ARMS_TRIED):
-        lengths = sample_distinct_lengths(
+        lengths = sample_distinct_lengths(  # from a third to three times the reference's lengths
             model.chain, lambda: {n: v * 3 ** model.rng.uniform(-1, 1) for n, v in model.lengths[0].items()}
         )
         yield NumericChain(model.chain, lengths), lengths

@@ -55,7 +55,8 @@ MAX_STEPS, MAX_SINGULAR_RATIO = 40, 1e-9
 """Maximum number of steps of a search, and maximum sigma_min/sigma_max at the end of a successful search."""
 
 MAX_SHIFTED_RATIO = 1e-8
-"""Maximum sigma_min/sigma_max at a search's end for an arm with other joint offsets, which change the rounding."""
+"""Maximum sigma_min/sigma_max of an arm at the configurations that a search found on its normalized arm. The limit is
+larger, because the arm's joint offsets change the rounding."""
 
 MIN_STEP = 1e-12
 """Size of a step below which a search stops."""
@@ -64,7 +65,7 @@ MAX_FURTHER_ARMS = 300
 """Number of choices of lengths to try if a piece of the set does not exist for the reference's lengths."""
 
 SET_TOLERANCE, SEARCH_RADIUS = 1e-5, 0.003
-"""Maximum distance of a singular configuration from the reference set, and the radius for further searches.
+"""Maximum distance (rad or m) of a singular configuration from the reference set, and the radius for further searches.
 
 Near an intersection of components, sigma_min is a product of distances. It is then zero up to rounding even at some
 distance from the set. If a configuration there is not in the set, further searches near it decide."""
@@ -127,6 +128,7 @@ def _check_completeness(model: NumericModel, pieces: Sequence[Piece]) -> Check:
         for configuration in _find_uncovered_configurations(model, pieces, lengths, q):
             starts = configuration + SEARCH_RADIUS * choose_random_configurations(chain, model.rng, START_COUNT)
             nearby_results = find_singular_configurations(arm, starts, model.task_rows)
+            # The set is incomplete if at least half of the searches near the configuration end outside the set, too.
             if 2 * len(_find_uncovered_configurations(model, pieces, lengths, nearby_results)) >= len(nearby_results):
                 pairs = [*zip(chain.q, configuration, strict=True), *lengths.items()]
                 location = ", ".join(f"{name} = {value:.4g}" for name, value in pairs)
@@ -219,8 +221,7 @@ def _check_kind(model: NumericModel, part: Part) -> Checks:
 def _check_regular(model: NumericModel, configurations: ConfigurationsOfOneKind) -> Check:
     """Check that det J has the same sign for short and long lengths, and so is zero for none of them."""
     signs = set()
-    for _ in range(40):
-        # from a quarter to four times the length
+    for _ in range(40):  # sets of lengths, each from a quarter to four times the reference's lengths
         lengths = {name: value * 4 ** model.rng.uniform(-1, 1) for name, value in model.lengths[0].items()}
         q = _compute_joint_values(model.chain, configurations, lengths)
         jacobian = NumericChain(model.chain, lengths).compute_jacobian(q)[model.task_rows]

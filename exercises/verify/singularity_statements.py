@@ -1,8 +1,8 @@
 """Check what a worked solution says about singular configurations, on arms with numeric lengths.
 
-Patterns recognise the statements of each sentence about axes, prismatic joints and the tool point. The statements are
-tested on the frames of the arm, at other configurations than those used to derive the sentence. For example,
-"as far as joint 2 can bring it" is tested by moving joint 2 through its whole range.
+A statement consists of clauses about axes, prismatic joints and the tool point. A pattern recognises each clause. The
+clause is then tested on the frames of the arm, at other configurations than those used to derive the statement. For
+example, "as far as joint 2 can bring it" is tested by moving joint 2 through its whole range.
 """
 
 import re
@@ -44,7 +44,7 @@ PositionFunction = Callable[[np.ndarray], np.ndarray]
 def check_singularity_statements(model: NumericModel) -> Checks:
     """Check what the worked solution says about each component of the singular set.
 
-    If the solution has one sentence for each joint value of a component, each sentence is checked.
+    If the solution has one statement for each joint value of a component, each statement is checked.
     """
     chain = model.chain
     for component in find_singular_set(chain) or ():
@@ -244,8 +244,8 @@ def _is_stretched(clause: _Clause) -> bool:
     """Return whether the arm is stretched out or folded back after one of its revolute joints, as stated.
 
     If the arm is stretched out, the later parallel joints can bring the point no farther from the axis. If it is folded
-    back, some of these joints can bring the point no nearer. If the task has angular rows, a point on the last axis and
-    the wrist centre are also tested instead of the tool point.
+    back, some of these joints can bring the point no nearer. If the task has angular rows, the statement may instead be
+    true of a point on the last axis or of the wrist centre.
     """
     sample, stated_stretches = clause.sample, set(re.findall("stretched out|folded back", clause.match[0]))
     revolute_joints = [i for i, kind in enumerate(sample.arm.kinds) if kind == REVOLUTE]
