@@ -1,6 +1,7 @@
 """Define the axes of variation (`family.Variation`): functions that change one property of an arm at random.
 
 The numbers are easy to work with: lengths in steps of 5 cm, angles with well-known sines, base positions in decimetres.
+To shift the zero of a joint means to add an offset to its variable.
 """
 
 from collections.abc import Mapping, Sequence

@@ -53,9 +53,9 @@ class Edit:
 
 
 def describe_term(term: Node) -> str:
-    """Return a phrase that names the lengths, rates and decimals of a term or factor, or else its joints.
+    """Return a phrase such as " that contains a1" with the lengths, rates and decimals of a term or factor.
 
-    The phrase is empty if there are no names.
+    If there are none, the phrase names the joints; if there are none either, it is empty.
     """
     if term.kind in ("number", "decimal"):
         return f" ({format_tree(term)})"
@@ -94,7 +94,7 @@ def edit_entry(entry: Node, symbols: Iterable[str] = ()) -> Iterator[Edit]:
     coefficient = _find_numeric_factor(entry)
     if coefficient not in (-1, 0, 1):
         yield Edit("factor-missing", entry / make_number(abs(coefficient)))
-        yield Edit("number-inverted", entry / make_number(coefficient**2))
+        yield Edit("number-inverted", entry / make_number(coefficient**2))  # 1/coefficient instead of the coefficient
     yield from _exchange_similar_symbols(entry, symbols)
     yield from _edit_each_node(entry, partial(_add_joint_to_angle, sorted(symbols)))
     for angle in dict.fromkeys(_find_angles(entry)):

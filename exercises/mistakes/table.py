@@ -123,8 +123,8 @@ def _scale_offsets(
     """
 
     def generate(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
-        offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
-        offsets = {i: offset for i, offset in offsets.items() if offset != 0 and is_affected(offset)}
+        all_offsets = {i: chain.offsets[i] for i in chain.revolute_joints}
+        offsets = {i: offset for i, offset in all_offsets.items() if offset != 0 and is_affected(offset)}
         for factor in factors:
             yield from vary_each_joint_and_all(list(offsets), partial(_scale_offsets_of_joints, chain, offsets, factor))
 
@@ -169,6 +169,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _make_entry(entry: str, value: sp.Expr, stages: StageResults, row: TableRow) -> dict[str, Any]:
+    """Return the new value of an entry, by the name of the entry; a partial of this function changes a row."""
     return {entry: stages.arithmetic.convert_entry(value)}
 
 

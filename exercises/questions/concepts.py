@@ -164,7 +164,8 @@ def write_vector(vector: RoundedVector) -> str:
     >>> write_vector((sp.Rational(1, 3).limit_denominator(1000), sp.S(-2)))
     '(0.333, -2.000)'
     """
-    return f"({', '.join(f'{float(value) + 0.0:.3f}' for value in vector)})"
+    numbers = (float(value) + 0.0 for value in vector)  # + 0.0 turns -0.0 into 0.0
+    return f"({', '.join(f'{number:.3f}' for number in numbers)})"
 
 
 def parse_vector(text: str) -> list[float]:

@@ -298,7 +298,7 @@ def _sample_varied_lengths(chain: Chain, rng: Stream) -> Lengths:
 
 
 @lru_cache(maxsize=1024)
-def sample_singular_configurations(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
+def sample_with_varied_lengths(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.list_pieces()}")
     sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_varied_lengths=True)

@@ -121,7 +121,7 @@ def sample_configuration_and_velocity(chain: Chain, rng: Stream) -> Configuratio
     """Return a random configuration that is far from all singular configurations, with a random task velocity."""
     for _ in range(MAX_SAMPLES):
         lengths, joints = sample_lengths(chain, rng), sample_joint_values(chain, rng)
-        velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in make_task_velocity(chain)}
+        velocity = {v: sp.Rational(rng.nonzero_integer(8), 20) for v in make_task_velocity(chain)}  # at most 0.4
         if compute_conditioning(chain, lengths, joints) > find_min_conditioning(chain):
             return ConfigurationAndVelocity(lengths, joints, velocity)
     raise RuntimeError(f"no well-conditioned pose of {chain} was found; please report this")
@@ -146,7 +146,7 @@ def find_min_conditioning(chain: Chain) -> float:
 # --- inverse and joint rates ---
 
 
-def make_joint_rates(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
+def make_rates_answer(chain: Chain, rates: Iterable[Any], max_rate: Any) -> Number:
     """Return joint rates as an answer that accepts three digits. `max_rate` is the largest absolute value of a rate."""
     units = tuple("rad/s" if joint.is_revolute else "m/s" for joint in chain.joints)
     rounded_rates = sp.Matrix(list(map(precise.round_to_ten_digits, rates)))
@@ -158,7 +158,7 @@ def _ask_joint_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     velocity = [precise.evaluate_in_context(value) for value in configuration.velocity.values()]
     rates = precise.solve_linear(evaluate_jacobian_precisely(chain, configuration), velocity)
     max_rate = max(abs(precise.round_to_ten_digits(rate)) for rate in rates)
-    return make_joint_rates(chain, rates, max_rate), VelocityDetails(configuration=configuration)
+    return make_rates_answer(chain, rates, max_rate), VelocityDetails(configuration=configuration)
 
 
 INVERSE_PREREQUISITES = (("jacobian",), ("jacobian", "determinant"))

@@ -79,7 +79,7 @@ class Quantities(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All known names."""
+        """All names that a formula may contain, except those of functions."""
 
     @property
     def numbers(self) -> Mapping[str, sp.Expr]:
@@ -89,7 +89,7 @@ class Quantities(Protocol):
         """Return the value of a name, or of a formula such as "det(J)" that is a quantity; None if there is none."""
 
     def make_constant(self, value: Fraction) -> np.ndarray:
-        """Return a number."""
+        """Return a number as a value of the arithmetic."""
 
     def apply(self, function: str, value: np.ndarray) -> np.ndarray:
         """Apply one of SCALAR_FUNCTIONS to each entry."""

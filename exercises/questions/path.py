@@ -190,7 +190,7 @@ def _ask_path_rates(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             s = sp.Rational(rng.integer(min(3, last_step), last_step), 20)
             joints = welding_line.compute_joint_values(chain, s)
             rates = welding_line.compute_rates(welding_line.make_path(chain, PRECISE_CONTEXT), joints)
-            answer = inversion.make_joint_rates(chain, rates, max(map(abs, rates)))
+            answer = inversion.make_rates_answer(chain, rates, max(map(abs, rates)))
             return answer, PathDetails(welding_line=welding_line, distance=s, pose=welding_line.figure_values)
     return None
 

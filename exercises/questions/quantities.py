@@ -158,7 +158,7 @@ class StageQuantities(ABC):
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """All known names."""
+        """All names that a formula may contain, except those of functions."""
         return (*list_result_names(self.stages.chain), *sorted(self.symbols), *sorted(self.numbers), "pi")
 
     def look_up(self, name: str) -> np.ndarray | None:
@@ -201,7 +201,7 @@ class StageQuantities(ABC):
         return np.asarray(position if any(convention.base.position) else 0 * position)
 
     def make_constant(self, value: Fraction) -> np.ndarray:
-        """Return a number."""
+        """Return a number as a value of the arithmetic."""
         return self.stages.arithmetic.make_constant(sp.Rational(value.numerator, value.denominator))
 
     @property

@@ -36,7 +36,7 @@ from qdot.exercises.questions.exact_configurations import (
     sample_from_any_component,
     sample_regular_configuration,
     sample_singular_configuration,
-    sample_singular_configurations,
+    sample_with_varied_lengths,
 )
 from qdot.exercises.questions.inversion import THREE_DIGIT_TOLERANCE
 from qdot.exercises.questions.singular import KIND_OPTIONS, find_lost_direction_objection, find_singularity_objection
@@ -154,15 +154,16 @@ def _find_satisfied_conditions(chain: Chain, configuration: ExactConfiguration) 
 
 
 def _find_lost_vector_objection(chain: Chain) -> str | None:
+    """Return why the question on the lost direction can't be asked about an arm, or None."""
     if objection := find_lost_direction_objection(chain):
         return objection
     if len(chain.task) > MAX_ROWS:
         return f"its Jacobian has {len(chain.task)} rows, too many for a null space by hand"
-    has_branch = bool(_find_branches_with_vector(chain))
+    has_branch = bool(_find_branches_losing_one_direction(chain))
     return None if has_branch else "it has no singular configuration that loses exactly one direction"
 
 
-def _find_branches_with_vector(chain: Chain) -> list[Branch]:
+def _find_branches_losing_one_direction(chain: Chain) -> list[Branch]:
     """Return the branches that lose one direction, if possible only those with a formula for the direction."""
     symbolic_chain = make_symbolic_arm(chain).chain
 
@@ -209,7 +210,7 @@ class LostDirectionDetails(Details):
 
 def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Ask for the lost direction of a branch: as a formula if it is short, else as numbers at a configuration."""
-    for branch in rng.permutation(_find_branches_with_vector(chain)):
+    for branch in rng.permutation(_find_branches_losing_one_direction(chain)):
         formula = find_shortest_lost_direction(make_symbolic_arm(chain).chain, branch.structure_component)
         if formula is not None:
             jacobian_on_branch, direction = _substitute_numbers(chain, branch, formula)
@@ -254,7 +255,7 @@ def _find_meanings(symbolic_chain: Chain, component: Component) -> BranchMeaning
 
     Return None if there is no such statement, or if there are too few wrong statements for a question.
     """
-    samples = sample_singular_configurations(symbolic_chain, component, MEANING_SAMPLE_COUNT)
+    samples = sample_with_varied_lengths(symbolic_chain, component, MEANING_SAMPLE_COUNT)
     meanings = find_branch_meanings(
         symbolic_chain, samples, sample_representatives(symbolic_chain, component.list_pieces())
     )
@@ -268,7 +269,7 @@ def _find_common_kind(symbolic_chain: Chain, component: Component) -> str | None
     """Return the kind of a structure's branch, "boundary" or "internal"; None if it has both or can't be determined."""
     if not can_establish_kind(symbolic_chain):
         return None
-    samples = sample_singular_configurations(symbolic_chain, component, KIND_SAMPLE_COUNT)
+    samples = sample_with_varied_lengths(symbolic_chain, component, KIND_SAMPLE_COUNT)
     kinds = set(classify_samples(symbolic_chain, samples))
     return kinds.pop() if len(kinds) == 1 else None
 

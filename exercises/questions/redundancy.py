@@ -194,7 +194,7 @@ def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     gram = precise.gram_matrix(jacobian)
     weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in configuration.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
-    return inversion.make_joint_rates(chain, rates, max(map(abs, rates))), MinimumNormDetails(
+    return inversion.make_rates_answer(chain, rates, max(map(abs, rates))), MinimumNormDetails(
         configuration=configuration,
         gram=precise.round_matrix(gram),
         weights=precise.round_matrix([[weight] for weight in weights]),
@@ -307,7 +307,7 @@ def _ask_self_motion(chain: Chain, rng: Stream) -> AnswerAndDetails:
     quotients = _factor_minors_of(chain).quotients if chain.n <= MAX_JOINTS else ()
     if quotients and sum(map(_count_terms, quotients)) <= MAX_TERMS / 2:
         formula_details = SelfMotionFormulaDetails(configuration=None, shared_factors=_find_shared_factors(chain))
-        return Direction(write_self_motion(chain)), formula_details
+        return Direction(derive_self_motion(chain)), formula_details
     configuration = inversion.sample_configuration_and_velocity(chain, rng)
     jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
     numbers = sp.Matrix(list(map(precise.round_to_ten_digits, compute_null_vector(jacobian))))
@@ -330,7 +330,7 @@ def compute_null_vector(jacobian: list[Vector]) -> Vector:
     raise ValueError("the matrix has more than one direction in its null space, or none")
 
 
-def write_self_motion(chain: Chain) -> sp.Matrix:
+def derive_self_motion(chain: Chain) -> sp.Matrix:
     """Return joint rates with zero task velocity, n x 1 for n = m + 1.
 
     Entry i is (-1)^i times the maximal minor without column i. Factors that all minors share are omitted, so that the

@@ -195,13 +195,14 @@ lengths."""
 
 
 def _list_test_lengths(chain: Chain) -> Iterator[Lengths]:
-    """Yield numbers for the symbolic lengths: first different test values, then random values from 0.05 m to 6 m."""
+    """Yield numbers for the symbolic lengths: first different test values, then random values from 5 cm to 6 m."""
     count = len(_TEST_LENGTHS) if chain.parameters else 1
     for start in range(count):
         yield {symbol: _TEST_LENGTHS[(start + 2 * i) % count] for i, symbol in enumerate(chain.parameters)}
     stream = Stream("lengths that are tried")
     for _ in range(_RANDOM_SET_COUNT * min(len(chain.parameters), 2)):
-        yield {symbol: sp.Rational(round(5 * 120 ** stream.uniform(0, 1)), 100) for symbol in chain.parameters}
+        lengths_in_cm = {symbol: round(5 * 120 ** stream.uniform(0, 1)) for symbol in chain.parameters}
+        yield {symbol: sp.Rational(length, 100) for symbol, length in lengths_in_cm.items()}
 
 
 def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str | None]:

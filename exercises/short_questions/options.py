@@ -123,7 +123,8 @@ class ConfigurationOptions(Details):
     def format_rounded_joint(self, configuration: ExactConfiguration, q: sp.Symbol) -> str:
         """Return a joint's value in degrees or metres as text, with the same number of decimals in all options."""
         decimals = 2 if is_joint_angle(q) else 4
-        return f"{float(find_shown_value(configuration, q)) + 0.0:.{decimals}f}"
+        number = float(find_shown_value(configuration, q)) + 0.0  # turns -0.0 into 0.0
+        return f"{number:.{decimals}f}"
 
 
 def find_shown_value(configuration: ExactConfiguration, q: sp.Symbol) -> sp.Expr:

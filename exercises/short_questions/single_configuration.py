@@ -78,7 +78,7 @@ def _ask_speed(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
         configuration = _sample_regular_configuration(chain, rng)
         if configuration is None:
             continue
-        rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}
+        rates = {rate: sp.Rational(rng.nonzero_integer(9), 10) for rate in chain.rates}  # at most 0.9 rad/s or m/s
         linear_rows = evaluate_precisely(chain, configuration, derive(chain).linear_rows)
         velocity = linear_rows * sp.Matrix(list(rates.values()))
         with mpmath.workdps(DIGITS):

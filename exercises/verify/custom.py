@@ -74,7 +74,7 @@ class GeometryQuantities:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All known names."""
+        """All names that a formula may contain, except those of functions."""
         return (*list_result_names(self.chain), *self.values, *self.numbers, "pi")
 
     @cached_property

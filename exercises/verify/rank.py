@@ -1,4 +1,4 @@
-"""Check the answers to questions on rank, lost directions and the geometric cause of a singularity.
+"""Check the answers to questions on rank, lost directions and the geometric meaning of a singularity.
 
 The checks use the product of exponentials and finite differences, at configurations that the question didn't use.
 """
@@ -124,7 +124,7 @@ def _check_perpendicular(vectors: np.ndarray, jacobians: np.ndarray) -> Check:
 def _sample_at_values(
     model: NumericModel, values: Sequence[tuple[sp.Symbol, sp.Expr]], condition: sp.Expr | None
 ) -> Sequence[Sample]:
-    """Return configurations at which some joints have the given values or, if there is a condition, it is zero.
+    """Return configurations at which some joints have the given values, or at which the condition, if any, is zero.
 
     There are SAMPLES_PER_ARM configurations for each of several choices of the symbolic lengths.
     """
@@ -162,8 +162,8 @@ def _generate_arms(model: NumericModel) -> Iterator[tuple[NumericChain, Mapping[
 # --- meaning ---
 
 
-def _check_geometric_cause(model: NumericModel, part: Part) -> Checks:
-    """Check that only the correct one of the offered statements on the cause of a singularity is true."""
+def _check_meaning(model: NumericModel, part: Part) -> Checks:
+    """Check that only the correct one of the offered statements on the meaning of a singularity is true."""
     answer, details = part.answer_as(Choice), part.details_as(MeaningDetails)
     samples = _sample_at_values(model, details.values, details.condition)
     options = zip(answer.options, details.options, strict=True)
@@ -211,5 +211,5 @@ def _meaning_holds(chain: Chain, meaning: Meaning, sample: Sample) -> bool:
 CHECKS: dict[str, PartCheck] = {
     "rank": _check_rank,
     "lost-direction": _check_direction,
-    "singularity-meaning": _check_geometric_cause,
+    "singularity-meaning": _check_meaning,
 }
