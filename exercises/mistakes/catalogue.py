@@ -176,10 +176,11 @@ def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -
     Mistakes with messages about J or its columns are possible only if the formula contains J.
     """
     quantities = find_names(formula)
-    names_jacobian, names_velocity = (not quantities.isdisjoint(names) for names in (("J", "Jv", "Jw"), ("v", "w")))
-    excluded_mistakes = {mistake.name for mistake in mistakes if _ABOUT_JACOBIAN.search(mistake.message)}
-    excluded_mistakes = set() if names_jacobian else excluded_mistakes
-    if not (names_jacobian or names_velocity):
+    has_jacobian, has_velocity = (not quantities.isdisjoint(names) for names in (("J", "Jv", "Jw"), ("v", "w")))
+    excluded_mistakes = set[str]()
+    if not has_jacobian:
+        excluded_mistakes |= {mistake.name for mistake in mistakes if _ABOUT_JACOBIAN.search(mistake.message)}
+    if not (has_jacobian or has_velocity):
         excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}
     likely_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
     likeliest_names = () if is_quantity(formula) else LIKELIEST_IN_OWN_QUESTIONS

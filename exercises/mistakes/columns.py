@@ -103,13 +103,13 @@ def _skip_differentiation(stages: StageResults, link_derivatives: np.ndarray) ->
 # --- propagation ---
 
 
-def _vary_propagation(*change_sets: Mapping[str, Change], names_axis: bool = False) -> VariantGenerator:
+def _vary_propagation(*change_sets: Mapping[str, Change], mentions_axis: bool = False) -> VariantGenerator:
     """Return a function that yields one variant for each set of changes, with the linear rows of J by propagation.
 
-    If `names_axis`, the message names the axis of joint i, and the frame on this axis.
+    If `mentions_axis`, the message mentions the axis of joint i, and the frame on this axis.
     """
     return lambda chain, _: (
-        base.make_propagated_variant(changes, words=_make_axis_words(chain) if names_axis else {})
+        base.make_propagated_variant(changes, words=_make_axis_words(chain) if mentions_axis else {})
         for changes in change_sets
     )
 
@@ -332,12 +332,12 @@ VARIANTS: dict[str, VariantGenerator] = {
     "next-axis": _vary_propagation(
         {"axes": _shift_to_next},
         {"cross products": lambda stages, _: list(map(cross, stages["axes"][1:], stages["vectors to point"]))},
-        names_axis=True,
+        mentions_axis=True,
     ),
-    "next-arm": _vary_propagation({"vectors to point": _shift_to_next}, names_axis=True),
-    "next-frame": _vary_propagation({"axes": _shift_to_next, "vectors to point": _shift_to_next}, names_axis=True),
+    "next-arm": _vary_propagation({"vectors to point": _shift_to_next}, mentions_axis=True),
+    "next-frame": _vary_propagation({"axes": _shift_to_next, "vectors to point": _shift_to_next}, mentions_axis=True),
     "previous-frame": _vary_propagation({"axes": _shift_to_previous, "vectors to point": _start_one_frame_earlier}),
-    "previous-axis": _vary_propagation({"axes": _shift_to_previous}, names_axis=True),
+    "previous-axis": _vary_propagation({"axes": _shift_to_previous}, mentions_axis=True),
     "cross-order": _vary_propagation(
         {"cross products": lambda stages, _: list(map(cross, stages["vectors to point"], stages["axes"]))[: stages.n]}
     ),

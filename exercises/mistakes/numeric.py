@@ -22,7 +22,7 @@ from qdot.exercises.mistakes.base import (
 )
 from qdot.exercises.mistakes.table import scale_angles
 from qdot.exercises.problem.problem import Part
-from qdot.exercises.questions.path import NONSINGULAR_CONDITIONING, SAMPLE_SPACING, PathDetails
+from qdot.exercises.questions.path import NONSINGULAR_CONDITIONING, PathDetails, choose_step_length
 from qdot.exercises.reference_answers import Number
 
 
@@ -126,14 +126,9 @@ def _change_path_rates(list_wrong_rates: Callable[[Chain, PathDetails], RatesWit
 
 
 def _compute_rates(line: StraightPath, distance: SupportsFloat, path_speed: SupportsFloat) -> np.ndarray:
-    """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far.
-
-    The line is followed in equal steps of about SAMPLE_SPACING.
-    """
+    """Return the joint rates at a distance (m) from the start A, or nan if the arm can't follow the line that far."""
     end = float(distance)
-    step_count = max(1, round(end / SAMPLE_SPACING))
-    step = end / step_count if end else 1.0  # at A, no step is made
-    samples = list(line.follow(step, NONSINGULAR_CONDITIONING, end))
+    samples = list(line.follow(choose_step_length(end), NONSINGULAR_CONDITIONING, end))
     is_reached = bool(samples) and abs(samples[-1].s - end) < 1e-9
     return np.array(samples[-1].derivatives) * float(path_speed) if is_reached else np.array([np.nan])
 

@@ -43,6 +43,12 @@ PREFERRED_TRIES = 1000
 """Number of lines that are sampled before the lower limit is used."""
 
 
+def choose_step_length(distance: float) -> float:
+    """Return the length (m) of equal steps of about SAMPLE_SPACING that lead to a distance (m)."""
+    step_count = max(1, round(distance / SAMPLE_SPACING))
+    return distance / step_count if distance else SAMPLE_SPACING  # at A, no step is made
+
+
 @dataclass(frozen=True)
 class WeldingLine(Configuration):
     """A welding line: the configuration at A, the coordinates of the target B (m) by axis, and the speed (m/s)."""
@@ -57,8 +63,7 @@ class WeldingLine(Configuration):
     def compute_joint_values(self, chain: Chain, s: sp.Expr) -> Vector:
         """Return the joint values at the distance s from A, on the solution branch of the initial configuration."""
         distance = float(s)
-        step_count = max(1, round(distance / SAMPLE_SPACING))
-        step_length = distance / step_count if distance else 1.0  # at A, no step is made
+        step_length = choose_step_length(distance)
         *_, last_sample = self.make_path(chain).follow(step_length, NONSINGULAR_CONDITIONING, distance)
         path = self.make_path(chain, PRECISE_CONTEXT)
         q = path.find_joint_values(

@@ -73,13 +73,17 @@ class Texts:
 class Definition:
     """The definition of an instructor's own question.
 
-    `answer` is a formula, TEXT_ANSWER, or "" if the question has options. `rows` are the LaTeX names of the entries of
-    a vector. For a vector of three, they may be the names of only those components that are asked for, such as v_x and
-    v_y. `units` has symbols that the arm does not have, such as the mass of a load, with their units. `unit` and
-    `rounding` belong to numbers, which need three significant digits by default. `unit` is one unit for all entries, or
-    one for each, separated by commas. If `is_up_to_factor`, every nonzero multiple of a vector is correct, too. `texts`
-    has the texts in each language; languages other than the first may lack some. `locations` maps each key to a text
-    with its file, line and key, for messages. A key in a table has a dot, as in given.m.
+    - `answer`: a formula, TEXT_ANSWER, or "" if the question has options.
+    - `texts`: the texts in each language; languages other than the first may lack some.
+    - `given`: the values that the question states.
+    - `rows`: the LaTeX names of the entries of a vector. For a vector of three, they may be the names of only those
+      components that are asked for, such as v_x and v_y.
+    - `units`: symbols that the arm does not have, such as the mass of a load, with their units.
+    - `unit`: the unit of a numeric answer: one for all entries, or one for each, separated by commas.
+    - `rounding`: the error that a numeric answer may have. By default, numbers need three significant digits.
+    - `is_up_to_factor`: whether every nonzero multiple of a vector is correct, too.
+    - `locations`: for messages, the file, the line and the key of each value, by key. A key in a table has a dot, as in
+      given.m.
     """
 
     name: str

@@ -265,26 +265,26 @@ class DefinitionEvaluator:
             return Direction(matrix), details
         return (Expression(matrix[0]) if matrix.shape == (1, 1) else Matrix(matrix)), details
 
-    def derive(self, chain: Chain, formula: ast.expr, names_symbols: bool) -> sp.Matrix:
+    def derive(self, chain: Chain, formula: ast.expr, mentions_symbols: bool) -> sp.Matrix:
         """Return the value of a formula in textbook form.
 
         If possible, the formula is derived for the symbolic arm, and the arm's numbers are substituted at the end. A
-        formula that names joint variables or lengths is derived for the arm itself, because those of the symbolic arm
-        differ.
+        formula that mentions joint variables or lengths is derived for the arm itself, because those of the symbolic
+        arm differ.
         """
-        derived_chain = chain if names_symbols else make_symbolic_arm(chain).chain
+        derived_chain = chain if mentions_symbols else make_symbolic_arm(chain).chain
         value = self._compute(formula, derive_reference(derived_chain, {}))
         matrix = to_sympy_matrix(value).applyfunc(_simplify)
-        return matrix if names_symbols else derive(chain).substitute_matrix(matrix)
+        return matrix if mentions_symbols else derive(chain).substitute_matrix(matrix)
 
     def derive_text_formula(self, text: str, chain: Chain) -> sp.Matrix | sp.Expr:
         """Return the value of a formula in a text of the question. Raises FormulaError."""
         formula = language.parse(text)
-        matrix = self.derive(chain, formula, self.names_arm_symbols(chain, [formula]))
+        matrix = self.derive(chain, formula, self.mentions_arm_symbols(chain, [formula]))
         return matrix[0] if matrix.shape == (1, 1) else matrix
 
-    def names_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
-        """Return whether formulas (by default, of answer and options) name joint variables or lengths of the arm."""
+    def mentions_arm_symbols(self, chain: Chain, formulas: Sequence[ast.expr] = ()) -> bool:
+        """Return whether formulas (by default, of answer and options) mention joint variables or lengths of the arm."""
         searched_formulas = formulas or self.all_formulas
         arm_names = {*(symbol.name for symbol in (*chain.q, *chain.parameters)), *list_table_numbers(chain), "q"}
         nodes = (node for formula in searched_formulas for node in ast.walk(formula))
@@ -315,7 +315,7 @@ class DefinitionEvaluator:
 
     def compute_symbolic_answer(self, chain: Chain) -> sp.Matrix:
         """Return the answer as formulas that are not simplified; they are computed once for all arms of a class."""
-        if self.names_arm_symbols(chain):
+        if self.mentions_arm_symbols(chain):
             return _compute_formulas(self.definition, chain)
         formulas = _compute_formulas(self.definition, make_symbolic_arm(chain).chain)
         return derive(chain).substitute_matrix(formulas)
@@ -379,8 +379,8 @@ class DefinitionEvaluator:
 
     def derive_zeros(self, chain: Chain) -> tuple[Component, ...] | None:
         """Return the components of the set of zeros; None if the formulas are zero everywhere."""
-        names_symbols = self.names_arm_symbols(chain)
-        stages = derive_reference(chain if names_symbols else make_symbolic_arm(chain).chain, {})
+        mentions_symbols = self.mentions_arm_symbols(chain)
+        stages = derive_reference(chain if mentions_symbols else make_symbolic_arm(chain).chain, {})
         values = [self._compute(formula, stages) for formula in self.formulas]
         if any(value.ndim > 1 for value in values):
             raise FormulaError("zeros needs numbers, not vectors: write zeros(p.x), for example")
@@ -391,7 +391,7 @@ class DefinitionEvaluator:
             names = ", ".join(sorted(map(str, other_symbols)))
             raise FormulaError(f"zeros takes formulas in joint variables and lengths, but these also contain {names}")
         try:
-            return find_zero_set(numerators, chain, is_symbolic=not names_symbols)
+            return find_zero_set(numerators, chain, is_symbolic=not mentions_symbols)
         except (ValueError, sp.PolynomialError):
             raise FormulaError(
                 "qdot can't find its zeros; zeros needs sums, products and quotients of lengths, sines and cosines"
@@ -413,7 +413,7 @@ class DefinitionEvaluator:
         formula = self.option_formulas[index]
         if formula is None:
             return self.definition.options[index].content
-        matrix = self.derive(chain, formula, self.names_arm_symbols(chain))
+        matrix = self.derive(chain, formula, self.mentions_arm_symbols(chain))
         return format_expression(matrix[0]) if matrix.shape == (1, 1) else str(list(map(format_expression, matrix)))
 
     # --- objections ---
@@ -427,7 +427,7 @@ class DefinitionEvaluator:
         if objection := self._find_objection_to_symbols(chain) or self._find_objection_to_given_values(chain):
             return objection
         is_random = bool(given_values) and all(value.kind or value.name in GIVEN_GROUPS for value in given_values)
-        if is_random and self.formulas and not self.names_arm_symbols(chain):
+        if is_random and self.formulas and not self.mentions_arm_symbols(chain):
             return _find_objection(self.definition, make_symbolic_arm(chain).chain)
         return _find_objection(self.definition, chain)
 
@@ -478,8 +478,9 @@ class DefinitionEvaluator:
             return "its formula is never zero, so there is no set to ask for"
         moving_axes = [axis for axis in AXES if f"v{axis}" in chain.task]
         components = {f"p.{axis}" for axis in AXES if axis not in moving_axes}
-        names_constant = any(ast.unparse(node) in components for formula in self.formulas for node in ast.walk(formula))
-        is_planar = names_constant and bool(moving_axes)
+        nodes = (node for formula in self.formulas for node in ast.walk(formula))
+        mentions_constant = any(ast.unparse(node) in components for node in nodes)
+        is_planar = mentions_constant and bool(moving_axes)
         cause = f" (this arm changes only {' and '.join(f'p.{axis}' for axis in moving_axes)})" if is_planar else ""
         return f"its formula is zero at every configuration{cause}, so there is no set to ask for"
 
@@ -509,7 +510,7 @@ class DefinitionEvaluator:
                 matrix = self.derive_formulas(chain, Stream("check"))[0].as_matrix()
                 if self.definition.is_up_to_factor and (matrix.rows == 1 or matrix.cols > 1):
                     return "only a vector can count up to a factor; leave up_to_factor out"
-                class_chain = chain if self.names_arm_symbols(chain) else make_symbolic_arm(chain).chain
+                class_chain = chain if self.mentions_arm_symbols(chain) else make_symbolic_arm(chain).chain
                 if _is_constant(self.definition, class_chain, _name_lengths(class_chain) - _name_lengths(chain)):
                     return f"its answer is {'always zero' if matrix.is_zero_matrix else 'the same everywhere'}"
                 return find_term_count_objection(sum(len(sp.Add.make_args(entry)) for entry in matrix))
@@ -684,7 +685,7 @@ class DefinitionEvaluator:
 def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
     """Return the answer as formulas in textbook form. It is cached, because a check of the question needs it first."""
     evaluator = DefinitionEvaluator(definition)
-    if evaluator.names_arm_symbols(chain):
+    if evaluator.mentions_arm_symbols(chain):
         return _derive_for_symbolic_arm(definition, chain)
     return sp.ImmutableMatrix(
         derive(chain).substitute_matrix(_derive_for_symbolic_arm(definition, make_symbolic_arm(chain).chain))
@@ -693,7 +694,7 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
 
 @lru_cache(maxsize=1024)
 def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer for a symbolic arm, or for an arm with symbols that the formula names; cached."""
+    """Return the answer for a symbolic arm, or for an arm with symbols that the formula mentions; cached."""
     details = CustomDetails(definition=definition)
     value = DefinitionEvaluator(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
