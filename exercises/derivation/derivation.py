@@ -75,7 +75,7 @@ def make_symbolic_arm(chain: Chain) -> SymbolicArm:
                 return sp.Mod(value, 2 * sp.pi)
         elif value == 0:
             return sp.S.Zero
-        elif value.as_coeff_Mul()[0].is_negative and not name.startswith("base"):
+        elif value.as_coeff_Mul()[0].is_negative and not name.startswith("base"):  # the base may be anywhere
             return -replace_by_symbol(name, -value)
         if value != symbol:
             values[symbol] = value

@@ -148,7 +148,7 @@ def _miss_tied_conditions(chain: Chain, components: Components) -> Iterator[Mist
 
 
 def _list_false_components(chain: Chain, components: Components) -> Iterator[tuple[sp.Symbol, Component]]:
-    """Yield joints that a student may falsely call singular, each with a component of such values."""
+    """Yield joints that a student may falsely call singular, each with a component that gives values of this joint."""
     singular_joints = {q for component in components for q, _ in component.solutions or ()}
     for joint, q in zip(chain.joints, chain.q, strict=True):
         if joint.is_revolute and q not in singular_joints:
@@ -301,7 +301,7 @@ def _zero_each_term(chain: Chain, components: Components) -> Iterator[MistakenAn
 
 
 def _keep_one_root_each(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:
-    """Yield answers that give one value of a joint instead of several, in two or three of the components."""
+    """Yield answers that give one value of a joint instead of several, in two or three components, but not in all."""
     indices = _find_multivalued_components(components)
     for chosen_count in range(2, min(len(indices), 4)):
         for chosen_indices, value_index in product(combinations(indices, chosen_count), (0, 1)):
