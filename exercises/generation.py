@@ -133,7 +133,11 @@ def list_applicable_questions(chain: Chain, candidates: Mapping[str, Question] =
 
 def _look_up_listing(family: Family) -> FamilyListing | None:
     """Return the stored listing of a registered family, which takes seconds to compute; None for another family."""
-    return read_listing().get(family.name) if FAMILIES.get(family.name) is family else None
+    return read_listing().get(family.name) if _is_registered(family) else None
+
+
+def _is_registered(family: Family) -> bool:
+    return FAMILIES.get(family.name) is family
 
 
 def list_questions_of_family(family: str | Family, convention: str = "") -> tuple[str, ...]:
@@ -179,7 +183,8 @@ def _sample_listing_arms(family: Family) -> tuple[Chain, ...]:
         return tuple(sample_chain(ProblemId(family.name, seed), family) for seed in range(LISTING_ARMS))
     arms: list[Chain] = []
 
-    def collect_arm(chain: Chain) -> bool:  # returns whether no more arms are needed
+    def collect_arm(chain: Chain) -> bool:
+        """Store an arm, and return whether no more arms are needed."""
         arms.append(chain)
         return len(arms) == VARIED_LISTING_ARMS
 
@@ -221,7 +226,7 @@ def check_questions(
     known_family = look_up_family(family)
     questions_by_name = _collect_questions(definitions)
     _check_names(questions, questions_by_name)
-    if FAMILIES.get(known_family.name) is known_family:
+    if _is_registered(known_family):
         for name in questions:
             reason = questions_by_name[name].find_convention_objection(convention or DEFAULT_CONVENTION)
             if reason is not None:

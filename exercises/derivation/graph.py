@@ -343,7 +343,7 @@ def decompose_jacobian(stages: StageResults) -> SingularValueDecomposition:
 
 
 def _compute_condition_number(stages: StageResults) -> np.ndarray:
-    """Return the largest singular value of J over the smallest, (N,)."""
+    """Return the largest singular value of J divided by the smallest, (N,)."""
     sigma = decompose_jacobian(stages).sigma
     with np.errstate(all="ignore"):
         return np.asarray(sigma[0] / sigma[-1])

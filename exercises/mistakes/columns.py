@@ -43,8 +43,8 @@ def _scale_term(factor: int, min_terms: int) -> VariantGenerator:
 
 def _keep_own_link(stages: StageResults, link_derivatives: np.ndarray) -> np.ndarray:
     """Return the derivatives, with zeros for all links except the one directly after each joint."""
-    later_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
-    return np.asarray(base.scale_entries(later_links, factor=0)(stages, link_derivatives))
+    other_links = ~np.eye(stages.n, stages.n + 1, dtype=bool)
+    return np.asarray(base.scale_entries(other_links, factor=0)(stages, link_derivatives))
 
 
 def _keep_last_link(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
@@ -185,6 +185,7 @@ def _rotate_prismatic_joints(joints: Sequence[int]) -> MistakeVariant:
 
 
 def _drop_angular(joints: Sequence[int]) -> MistakeVariant:
+    """Return the variant in which some joints cause no angular velocity."""
     return _replace_angular(
         lambda stages, i, column: 0 * column if i in joints else column, words=base.make_joint_words(joints)
     )

@@ -274,8 +274,11 @@ def _add_joint_to_angle(symbols: Sequence[str], node: Node) -> Iterator[Edit]:
 
 def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[Node]:
     """Return copies of an entry; in each copy, `replacement` replaces one sine or cosine."""
-    edits = _edit_each_node(entry, lambda node: iter([Edit("", replacement(node))] if _is_trig(node) else []))
-    return [edit.entry for edit in edits]
+    copies = [replacement(entry)] if _is_trig(entry) else []
+    for k, arg in enumerate(entry.args):
+        for new_arg in replace_each_trig(arg, replacement):
+            copies.append(entry.with_args([*entry.args[:k], new_arg, *entry.args[k + 1 :]]))
+    return copies
 
 
 def add_quarter_turn(node: Node) -> Node:

@@ -62,6 +62,7 @@ def _rewrite_each(list_rewritings: Callable[[ast.expr], Iterator[Rewriting]]) ->
 
 
 def _make_variant(part: Part, new_formula: ast.expr, **words: str) -> MistakeVariant:
+    """Return the variant in which the answer is the value of the new formula."""
     evaluator = part.details_as(CustomDetails).evaluator
 
     def compute_new_formula(stages: StageResults, _: np.ndarray) -> np.ndarray:
@@ -126,6 +127,7 @@ def _omit_components(formula: ast.expr) -> Iterator[Rewriting]:
 
 
 def _omit_component(node: ast.expr, index: int) -> ast.expr | None:
+    """Return a vector with 0 as one component, or u.w without one product of components; None for other nodes."""
     if isinstance(node, ast.List) and len(node.elts) > max(index, 1 + sum(map(_is_zero, node.elts))):
         return ast.List([*node.elts[:index], ast.Constant(0), *node.elts[index + 1 :]])
     match node:
@@ -181,6 +183,7 @@ def _list_squared_bases(radicand: ast.expr) -> list[ast.expr]:
 
 
 def _omit_square(node: ast.expr) -> ast.expr | None:
+    """Return x for x^2, and norm(u) for dot(u, u); None for other nodes."""
     match node:
         case ast.BinOp(left=base, op=ast.Pow(), right=ast.Constant(value=2)):
             return base
@@ -193,6 +196,7 @@ def _omit_square(node: ast.expr) -> ast.expr | None:
 
 
 def _transpose_otherwise(formula: ast.expr) -> Iterator[Rewriting]:
+    """Yield the rewritings that omit a transposition, or transpose another matrix instead."""
     if "f" not in find_names(formula):  # otherwise, the catalogue has a mistake about the load
         yield _drop_transposition
     yield _transpose_other_factor

@@ -72,9 +72,9 @@ def write_linear_velocity(chain: Chain) -> sp.Matrix:
 def _is_written_by_links(chain: Chain) -> bool:
     """Return whether each term of the position depends on at most one angle, and at least one angle is a sum."""
     position = derive(chain).position.extract(list_linear_task_rows(chain), [0])
-    trig_terms = [term.atoms(sp.sin, sp.cos) for entry in position for term in sp.Add.make_args(sp.expand(entry))]
-    has_angle_sum = any(len(trig.args[0].free_symbols) > 1 for trigs in trig_terms for trig in trigs)
-    return has_angle_sum and all(len(trigs) <= 1 for trigs in trig_terms)
+    trigs_of_terms = [term.atoms(sp.sin, sp.cos) for entry in position for term in sp.Add.make_args(sp.expand(entry))]
+    has_angle_sum = any(len(trig.args[0].free_symbols) > 1 for trigs in trigs_of_terms for trig in trigs)
+    return has_angle_sum and all(len(trigs) <= 1 for trigs in trigs_of_terms)
 
 
 def _differentiate_by_links(coordinate: sp.Expr, chain: Chain) -> sp.Expr:

@@ -301,7 +301,7 @@ def _sample_varied_lengths(chain: Chain, rng: Stream) -> Lengths:
 def sample_with_varied_lengths(chain: Chain, component: Component, count: int) -> tuple[Sample, ...]:
     """Return up to `count` configurations on a component that lose one direction, with very different lengths."""
     stream = Stream(f"samples/{component.list_pieces()}")
-    sample = partial(sample_singular_configuration, chain, (component,), stream, 1, has_varied_lengths=True)
+    sample = partial(sample_singular_configuration, chain, (component,), stream, lost_rank=1, has_varied_lengths=True)
     configurations = [sample() for _ in range(count)]
     return tuple(convert_to_sample(chain, configuration) for configuration in configurations if configuration)
 

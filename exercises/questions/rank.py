@@ -83,14 +83,14 @@ def _sample_with_larger_rank_loss(chain: Chain, rng: Stream) -> ExactConfigurati
     """Return a random configuration at which the rank of J drops by more than one, or None if none is found."""
     symbolic_chain, substitute = make_symbolic_arm(chain).chain, derive(chain).substitute_values
     symbolic_components = find_singular_set(symbolic_chain) or ()
-    max_rank = compute_full_rank(chain) - 2
     arm_components = {component.conditions: component for component in find_singular_set(chain) or ()}
     for indices in rng.permutation(_find_sets_with_larger_rank_loss(symbolic_chain)):
         matches = [arm_components.get(tuple(map(substitute, symbolic_components[i].conditions))) for i in indices]
         components = [component for component in matches if component is not None]
         if len(components) == len(indices):
             configuration = _sample_with_formulas(chain, components, rng)
-            if configuration is not None and (compute_rank(chain, configuration) or 0) <= max_rank:
+            rank = None if configuration is None else compute_rank(chain, configuration)
+            if rank is not None and rank <= compute_full_rank(chain) - 2:
                 return configuration
     return None
 
@@ -178,7 +178,7 @@ def _find_branches_losing_one_direction(chain: Chain) -> list[Branch]:
 @lru_cache(maxsize=1024)
 def _loses_one_direction(symbolic_chain: Chain, component: Component) -> bool:
     """Return whether a structure has a configuration on a component at which exactly one direction is lost."""
-    return sample_singular_configuration(symbolic_chain, (component,), Stream("one"), 1) is not None
+    return sample_singular_configuration(symbolic_chain, (component,), Stream("one"), lost_rank=1) is not None
 
 
 @dataclass(frozen=True)
@@ -217,7 +217,7 @@ def _ask_direction(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             if all(entry == 0 or entry.could_extract_minus_sign() for entry in direction):
                 direction = -direction
             return Direction(direction), LostDirectionDetails(jacobian_on_branch=jacobian_on_branch)
-        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
+        configuration = sample_displayable_configuration(chain, (branch.component,), rng, lost_rank=1)
         if configuration is not None:
             direction = compute_lost_direction(chain, configuration)
             numbers = direction.applyfunc(lambda value: sp.Float(value, 10) if value else sp.S.Zero)
@@ -318,7 +318,7 @@ class MeaningDetails(Details):
 def _ask_meaning(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     """Offer the correct and a wrong meaning, each with both kinds, or several meanings if there is no common kind."""
     for branch, meanings in _iterate_branches_with_meaning(chain, rng.permutation(match_branches(chain))):
-        configuration = sample_displayable_configuration(chain, (branch.component,), rng, 1)
+        configuration = sample_displayable_configuration(chain, (branch.component,), rng, lost_rank=1)
         if configuration is None:
             continue
         kind = _confirm_common_kind(chain, branch, configuration)

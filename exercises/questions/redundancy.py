@@ -126,7 +126,8 @@ def _substitute_numbers(chain: Chain, product: Factored) -> sp.Expr:
 def _derive_gram_determinant(symbolic_chain: Chain) -> Factored:
     """Return det(J J^T) of a structure: the squared shared factors of all minors, times a sum of squares."""
     shared_factors, quotients = _factor_minors(symbolic_chain)
-    squares = sp.Add(*(Factored(abs(minor.coefficient), minor.factors).to_expression() ** 2 for minor in quotients))
+    products = (Factored(abs(quotient.coefficient), quotient.factors) for quotient in quotients)
+    squares = sp.Add(*(product.to_expression() ** 2 for product in products))
     factored_sum = factor_trig(sp.expand(squares)).to_expression() if len(quotients) > 1 else squares
     shortest_form = min((squares, factored_sum), key=lambda form: len(sp.Add.make_args(form)) + sp.count_ops(form))
     squared_factors = tuple((factor, 2 * power) for factor, power in shared_factors.factors)
@@ -141,6 +142,7 @@ class FactoredMinors(NamedTuple):
 
 
 def _factor_minors_of(chain: Chain) -> FactoredMinors:
+    """Return the maximal minors of an arm's structure and the factors that they share."""
     return _factor_minors(make_symbolic_arm(chain).chain)
 
 

@@ -73,8 +73,8 @@ def derive_wrist_block(chain: Chain) -> sp.Matrix:
 def derive_block_determinants(chain: Chain) -> sp.Matrix:
     """Return [det J11, det J22] in factored form (2 x 1)."""
     values = dict(make_symbolic_arm(chain).values)
-    determinants = _factor_determinants(make_symbolic_arm(chain).chain)
-    return sp.Matrix([determinant.substitute(values) for determinant in determinants])
+    factored_determinants = _factor_determinants(make_symbolic_arm(chain).chain)
+    return sp.Matrix([product.substitute(values) for product in factored_determinants])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class BlockDetails(Details):
     """Details of a question about the determinants of the blocks: the steps of their derivation, and their zeros.
 
     - `arm_block_in_frame_1` is R_1^T J11.
-    - `expanded_wrist_determinant` is det J22, expanded along the first column of J22 and not simplified.
+    - `expanded_wrist_determinant` is det J22, expanded along the first column of J22, (0, 0, 1), and not simplified.
     - `arm_factors` are the factors of det J11 that depend on joints.
     - `wrist_zeros` are the values of theta5 at which det J22 is zero.
     - `has_collinear_axes` says whether axes 4 and 6 are collinear at these values, as for the usual twists of 90
@@ -137,7 +137,7 @@ def wrap_if_numeric(angle: sp.Expr) -> sp.Expr:
 def _make_wrist_details(chain: Chain, rng: Stream) -> WristAxisDetails:
     convention, block = convention_of(chain), derive_wrist_block(chain)
     first_frame = convention.find_frame_on_axis(4)
-    rotations = tuple(convention.make_rotation(row) for row in convention.rows[first_frame:][:2])
+    rotations = tuple(convention.make_rotation(row) for row in convention.rows[first_frame : first_frame + 2])
     return WristAxisDetails(
         rotations=rotations, axis_6_in_frame_on_axis_5=rotations[1][:, 2], z_4=block[:, 1], z_5=block[:, 2]
     )

@@ -19,7 +19,7 @@ OptionContent: TypeAlias = Any
 """A SymPy matrix, a SymPy expression, or the components of a singular set."""
 
 PREFERRED_LENGTH_RATIO, MAX_LENGTH_RATIO = 1.35, 2.0
-"""Maximum ratio of the lengths of the longest and the shortest option: the preferred limit, and the absolute limit."""
+"""Maximum ratio of the lengths (in characters) of the longest and the shortest option: preferred, and in any case."""
 
 SELF_EVIDENT_MISTAKES = frozenset({"rates-left-in", "angles-in-degrees"})
 """Mistakes that are visible without a calculation, because they lead to symbols or values that can't occur."""

@@ -42,7 +42,7 @@ from qdot.exercises.verify.numeric_model import (
 
 
 class ArmConfigurations(NamedTuple):
-    """An arm with numeric lengths, these lengths by symbol, and several configurations of the arm, (k, n)."""
+    """An arm with numeric lengths, these lengths by name, and several configurations of the arm, (k, n)."""
 
     arm: NumericChain
     lengths: dict[str, float]
@@ -78,7 +78,7 @@ class GeometryQuantities:
         return (*list_result_names(self.chain), *self.values, *self.numbers, "pi")
 
     @cached_property
-    def arms(self) -> list[ArmConfigurations]:
+    def configurations_by_arm(self) -> list[ArmConfigurations]:
         """The configurations in their order, grouped by arm; consecutive ones with equal lengths share an arm."""
         names = [symbol.name for symbol in self.chain.parameters]
         lengths = np.stack([self.values[name] for name in names], axis=1) if names else np.zeros((self.count, 0))
@@ -90,12 +90,13 @@ class GeometryQuantities:
     @cached_property
     def point(self) -> np.ndarray:
         """The position of the point, (3, N)."""
-        return np.concatenate([arm.compute_point(q) for arm, _, q in self.arms]).T
+        return np.concatenate([arm.compute_point(q) for arm, _, q in self.configurations_by_arm]).T
 
     @cached_property
     def jacobian(self) -> np.ndarray:
         """The geometric Jacobian by exponentials, (6, n, N)."""
-        return np.moveaxis(np.concatenate([compute_exponential_jacobian(arm, q) for arm, _, q in self.arms]), 0, -1)
+        jacobians = [compute_exponential_jacobian(arm, q) for arm, _, q in self.configurations_by_arm]
+        return np.moveaxis(np.concatenate(jacobians), 0, -1)
 
     @cached_property
     def frames(self) -> np.ndarray:
@@ -103,7 +104,7 @@ class GeometryQuantities:
         is_proximal = convention_of(self.chain).is_proximal
         frames = [
             compute_modified_frames(self.chain, lengths, q) if is_proximal else arm.compute_frames(q)
-            for arm, lengths, q in self.arms
+            for arm, lengths, q in self.configurations_by_arm
         ]
         return np.moveaxis(np.concatenate(frames), 0, -1)
 

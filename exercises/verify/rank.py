@@ -48,9 +48,9 @@ class NumericRank(NamedTuple):
 def find_rank(jacobian: np.ndarray) -> NumericRank:
     """Return the rank of a matrix, determined by its singular values."""
     sigma = np.linalg.svd(jacobian, compute_uv=False)
-    shares = sigma / max(float(sigma[0]), 1e-12)
-    is_unclear = np.any((shares > ZERO_RATIO) & (shares < NONZERO_RATIO))
-    return NumericRank(int(np.sum(shares > ZERO_RATIO)), not is_unclear)
+    ratios = sigma / max(float(sigma[0]), 1e-12)
+    is_unclear = np.any((ratios > ZERO_RATIO) & (ratios < NONZERO_RATIO))
+    return NumericRank(int(np.sum(ratios > ZERO_RATIO)), not is_unclear)
 
 
 def _check_rank(model: NumericModel, part: Part) -> Checks:

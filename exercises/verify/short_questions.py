@@ -36,7 +36,9 @@ BASE_CHECKS: Mapping[str, PartCheck] = {**FORMULA_CHECKS, **SCREW_CHECKS}
 """The check of each kind of full question. Choices offer the answers to these questions as options."""
 
 JOINT_STEP = 0.7
-"""The amount by which a joint is moved, in rad or m."""
+"""The arbitrary amount by which a joint is moved, in rad or m."""
+MIN_STATED_VELOCITY = 0.01
+"""Minimum velocity component (m/s at unit joint rate) whose sign is clear."""
 MIN_DIFFERENCE = 1e-5
 """Two options must differ, at some sample, by at least this fraction of their size."""
 
@@ -79,6 +81,7 @@ def _check_one_correct(model: NumericModel, part: Part, parts_with_option: Seque
 
 
 def _check_values_differ(model: NumericModel, options: Sequence[sp.Matrix]) -> Check:
+    """Check that every option has finite values, and that no two options have the same values at all samples."""
     values = [model.evaluate_printed_formulas(option).reshape(model.sample_count, -1) for option in options]
     for (i, a), (j, b) in combinations(enumerate(values), 2):
         if a.shape == b.shape and not np.abs(a - b).max() > MIN_DIFFERENCE * (np.abs(a).max() + np.abs(b).max()):
@@ -177,7 +180,7 @@ def _check_columns(model: NumericModel, part: Part) -> Checks:
     for joint in range(model.chain.n):
         column = jacobian[:, :, [joint]]
         is_equal = [check_agreement("", value, column, EXACT_TOLERANCE).passed for value in option_values]
-        matching_options.append(is_equal.index(True) if sum(is_equal) == 1 else -1)
+        matching_options.append(is_equal.index(True) if sum(is_equal) == 1 else -1)  # -1: no option, or several
     yield Check(
         "columns",
         tuple(matching_options) == answer.correct,
@@ -212,7 +215,7 @@ def _check_statement(model: NumericModel, part: Part) -> Checks:
     jacobian = model.exponential_jacobian_at(statement.configuration)
     if isinstance(statement, JointStatement):
         component = float(jacobian[VELOCITY_NAMES.index(statement.row), statement.joint - 1])
-        is_true, is_clear = (component > 0) == statement.is_positive, abs(component) > 0.01
+        is_true, is_clear = (component > 0) == statement.is_positive, abs(component) > MIN_STATED_VELOCITY
     else:
         rank, is_clear = find_rank(jacobian[model.task_rows])
         is_true = rank < min(len(model.task_rows), model.chain.n)

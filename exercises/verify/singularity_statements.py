@@ -204,6 +204,7 @@ def _is_on_axes(clause: _Clause) -> bool:
 
 
 def _are_collinear(clause: _Clause) -> bool:
+    """Return whether the axes of the joints coincide: two points on the first axis lie on all other axes."""
     sample = clause.sample
     first_joint, *other_joints = clause.joints
     z, origin = _locate_axis(sample, first_joint)

@@ -184,6 +184,7 @@ def read_question_file(path: Path, known_names: Collection[str]) -> QuestionFile
 
 
 def _check_name(name: str, known_names: Collection[str]) -> None:
+    """Raise QdotError if a name can't be that of an instructor's question."""
     if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", name) or len(name) > 40:
         raise QdotError("the name of a question has small letters, digits and hyphens, as in tip-speed")
     if name in known_names:
@@ -201,9 +202,12 @@ def _check_tables(file: TomlFile, name: str, table: dict[str, Any]) -> None:
 
 
 def _find_invalid_value(table: dict[str, Any], locations: Sequence[Sequence[str | int]]) -> tuple[list[str], str]:
-    """Return the keys of the first value that pydantic refuses at its `locations`, and the expected form."""
+    """Return the keys that lead to an invalid value, and the expected form.
+
+    `locations` are the places of pydantic's errors, all of which are in the value of one key of the table.
+    """
     key = locations[0][0]
-    inner_keys = [inner_key for location in locations if location[0] == key for inner_key in location[1:]]
+    inner_keys = [inner_key for location in locations for inner_key in location[1:]]
     value = table[str(key)]
     if key == "de" and isinstance(value, dict):
         return ["de", str(inner_keys[0])], FORMS[str(inner_keys[0])]
@@ -305,11 +309,11 @@ def _check_texts(file: TomlFile, name: str, entry: QuestionEntry, errors: ErrorL
             check_title(texts.title or "", file.text)
 
 
-NAMES_OF_ANSWERS = {
+ANSWERS_WITH_KEY = {
     "shown": "options", "rows": "a vector", "up_to_factor": "a vector of formulas", "given": "a formula as the answer",
     "unit": "numbers", "digits": "numbers", "tolerance": "numbers", "units": "formulas",
 }  # fmt: skip
-"""Maps keys that only some questions have to these questions, in words."""
+"""Maps each key that only some questions may have to the answers or options of these questions, in words."""
 
 
 def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> None:
@@ -324,12 +328,12 @@ def _check_keys_of_answer(file: TomlFile, name: str, entry: QuestionEntry) -> No
     shows_formulas = entry.shown == "formula" or any(
         isinstance(option, OptionEntry) and option.formula is not None for option in entry.options or ()
     )
-    meaningless_keys = {"shown"} if kind == "a formula" else {*NAMES_OF_ANSWERS}
+    meaningless_keys = {"shown"} if kind == "a formula" else {*ANSWERS_WITH_KEY}
     if kind == "options":
         meaningless_keys -= {"shown", "units"} if shows_formulas else {"shown"}
     for key in entry.model_fields_set & meaningless_keys:
         with file.locate_errors("question", name, key):
-            owner = NAMES_OF_ANSWERS[key]
+            owner = ANSWERS_WITH_KEY[key]
             raise QdotError(f"only {owner} can have this key, but the answer is {kind}; leave it out")
 
 
