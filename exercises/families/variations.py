@@ -60,8 +60,9 @@ def set_lengths(chain: Chain, rng: Stream, ranges: Mapping[str, Centimetres], ca
     """Return the arm with random numbers for the lengths in `ranges`, except one of the `candidates` (if any)."""
     symbolic_length = rng.choice(candidates) if candidates else None
     names = [name for name in ranges if name != symbolic_length]
-    while not are_distinct(lengths := [rng.choice(ranges[name]) for name in names]):
-        pass
+    lengths = [rng.choice(ranges[name]) for name in names]
+    while not are_distinct(lengths):
+        lengths = [rng.choice(ranges[name]) for name in names]
     return substitute_lengths_in_cm(chain, dict(zip(names, lengths, strict=True)))
 
 
@@ -95,9 +96,11 @@ def shift_zero(joint: Joint, offset: int) -> Joint:
 def reverse_axes(chain: Chain, rng: Stream, groups: Sequence[Sequence[int]]) -> Chain:
     """Return the arm with the twists of random groups of joints reversed: 90 becomes -90 degrees, and 0 becomes 180."""
     joints = list(chain.joints)
-    for number in (number for group in groups if rng.integer_below(2) for number in group):
-        alpha = joints[number - 1].alpha
-        joints[number - 1] = replace(joints[number - 1], alpha=sp.pi - alpha if alpha in (0, sp.pi) else -alpha)
+    for group in groups:
+        if rng.integer_below(2):
+            for number in group:
+                alpha = joints[number - 1].alpha
+                joints[number - 1] = replace(joints[number - 1], alpha=sp.pi - alpha if alpha in (0, sp.pi) else -alpha)
     return replace(chain, joints=tuple(joints))
 
 

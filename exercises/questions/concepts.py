@@ -63,6 +63,7 @@ def find_moving_rows(geometric: sp.Matrix) -> tuple[str, ...]:
 
 
 def _ask_jacobian_size(chain: Chain, rng: Stream) -> AnswerAndDetails:
+    """Choose a number of rows, then a task with this number, and ask for the size of its Jacobian."""
     tasks = _list_other_tasks(chain)
     size = rng.choice(sorted({len(task) for task in tasks}))
     task = rng.choice([task for task in tasks if len(task) == size])
@@ -120,7 +121,7 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     return None
 
 
-def _derive_effect(stages: StageResults, details: JointEffectDetails) -> np.ndarray:
+def _compute_effect(stages: StageResults, details: JointEffectDetails) -> np.ndarray:
     return np.asarray(
         stages["geometric jacobian"][[VELOCITY_NAMES.index(row) for row in details.rows], details.joint - 1]
     )
@@ -141,7 +142,7 @@ def _make_wrong_columns(
         z = evaluate_precisely(chain, configuration, derive(chain).z)
         p_star = evaluate_precisely(chain, configuration, derive(chain).p_star)
         vectors.append(p_star.col(joint).extract(linear_rows, [0]))
-        origin = joint + 1 if chain.joints[joint].is_revolute else joint
+        origin = joint + 1 if chain.joints[joint].is_revolute else joint  # a prismatic joint has no cross product
         if origin < chain.n:
             vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear_rows, [0]))
     x, y, *other_entries = column
@@ -262,7 +263,7 @@ QUESTIONS = (
         name_entries=lambda chain, _: [r"\text{rows}", r"\text{columns}"],
     ),
     Question(
-        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, compute=_derive_effect,
+        "joint-effect", "Velocity caused by one joint", "6.12", sample=_ask_effect, compute=_compute_effect,
         find_arm_objection=lambda chain: None if len(_choose_rows(chain)) >= 2 else (
             "its velocity has only one component, along a fixed line"
         ),

@@ -50,7 +50,7 @@ def _choose_frame(chain: Chain, rng: Stream) -> FrameDetails:
     return FrameDetails(frame=rng.integer(min(2, chain.n - 1), min(chain.n - 1, LAST_FRAME)))
 
 
-def _derive_frame_velocity(stages: StageResults, details: Any, jacobian_stage: str) -> np.ndarray:
+def _compute_frame_velocity(stages: StageResults, details: Any, jacobian_stage: str) -> np.ndarray:
     """Return the twist of the frame i in `details`: the Jacobian of joints 1 to i, multiplied by their rates."""
     return apply_matrix(stages.keep_first_joints(details.frame)[jacobian_stage], stages["joint rates"][: details.frame])
 
@@ -170,7 +170,7 @@ QUESTIONS = (
     ),
     Question(
         "link-velocity", "Velocity of a link frame", "6.9 and 6.10", required_feature=FRAMES,
-        compute=partial(_derive_frame_velocity, jacobian_stage="geometric jacobian"), make_details=_choose_frame,
+        compute=partial(_compute_frame_velocity, jacobian_stage="geometric jacobian"), make_details=_choose_frame,
         name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else (
             "it has only one joint, so there is no frame between base and end"
@@ -179,7 +179,7 @@ QUESTIONS = (
     Question(
         "own-frame-velocity", "Velocity of a frame in its own coordinates", "6.9 and 6.10", points=2.0,
         required_feature=FRAMES_OF_JOINTS, make_details=_choose_frame_of_recursion,
-        compute=partial(_derive_frame_velocity, jacobian_stage="tool jacobian"),
+        compute=partial(_compute_frame_velocity, jacobian_stage="tool jacobian"),
         derive_matrix=lambda _, details: details.steps[-1].v.col_join(details.steps[-1].omega),
         name_entries=lambda chain, _: base.name_velocity_components(VELOCITY_NAMES),
         find_arm_objection=lambda chain: None if chain.n > 1 else "it has one joint",

@@ -128,6 +128,7 @@ def _sample_configurations_of_kind(chain: Chain, kind: str, rng: Stream) -> Conf
         if component.solutions is None:
             classification = classify(chain, component)
             words = classification.meaning.split(",")[0]
+            # The prompt gives only the words, so they must say on which axis or how far from it a point is.
             if len(component.conditions) > 1 or "axis" not in convention_of(chain).rename_origins(words):
                 continue
             if classification.is_uniform and classification.kind == kind:
@@ -219,6 +220,7 @@ def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str
 
 @lru_cache(maxsize=4096)
 def _find_kinds(chain: Chain, values: tuple[sp.Expr, ...]) -> frozenset[str | None]:
+    """Return the kinds of a configuration of a normalized arm for all test lengths; {None} if it isn't always real."""
     samples = []
     for lengths in _list_test_lengths(chain):
         joints = [sp.N(value.xreplace(lengths)) for value in values]
