@@ -84,8 +84,8 @@ class NumericModel:
         if convention_of(self.chain).is_proximal:
             frame_functions = [partial(compute_modified_frames, self.chain, lengths) for lengths in self.lengths]
         pairs = list(zip(frame_functions, samples, strict=True))
-        self.convention_frames = np.concatenate([frames(q) for frames, q in pairs])
-        self.convention_velocities = np.concatenate([differentiate_frames(frames, q) for frames, q in pairs])
+        self.convention_frames = np.concatenate([compute_frames(q) for compute_frames, q in pairs])
+        self.convention_velocities = np.concatenate([differentiate_frames(function, q) for function, q in pairs])
         self.home_frames = self.evaluate_for_each_arm(lambda arm, q: arm.compute_frames(0 * q))
         self.point_at_home = self.evaluate_for_each_arm(lambda arm, q: arm.compute_point(0 * q))
         self.frame_velocities = self.evaluate_for_each_arm(lambda arm, q: differentiate_frames(arm.compute_frames, q))
@@ -239,8 +239,8 @@ def compute_modified_frames(chain: Chain, lengths: Mapping[str, float], q: np.nd
     frames = [_make_rotations(2, evaluate_entry(base.yaw))]
     frames[0][..., :3, 3] = np.stack([evaluate_entry(entry) for entry in base.position], axis=-1)
     for i, (row, variable) in enumerate(zip(convention_of(chain).rows, chain.q, strict=True)):
-        theta, d = (evaluate_entry(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
-        theta, d = (theta + q[..., i], d) if row.is_revolute else (theta, d + q[..., i])
+        theta_0, d_0 = (evaluate_entry(entry.xreplace({variable: sp.S.Zero})) for entry in (row.theta, row.d))
+        theta, d = (theta_0 + q[..., i], d_0) if row.is_revolute else (theta_0, d_0 + q[..., i])
         link_transform = _make_rotations(0, evaluate_entry(row.alpha)) @ _make_translations(0, evaluate_entry(row.a))
         frames.append(frames[-1] @ link_transform @ _make_rotations(2, theta) @ _make_translations(2, d))
     return np.stack(frames, axis=-3)
@@ -278,10 +278,10 @@ def differentiate(function: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -
     return (function(q[:, None, :] + nudge) - function(q[:, None, :] - nudge)) / (2 * _STEP)
 
 
-def differentiate_frames(frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
+def differentiate_frames(compute_frames: Callable[[np.ndarray], np.ndarray], q: np.ndarray) -> np.ndarray:
     """Return the linear and angular velocity of each frame for the unit rate of each joint, (…, n, n + 1, 6)."""
-    derivative = differentiate(frames, q)
-    angular_matrix = derivative[..., :3, :3] @ frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
+    derivative = differentiate(compute_frames, q)
+    angular_matrix = derivative[..., :3, :3] @ compute_frames(q)[:, None, :, :3, :3].swapaxes(-1, -2)
     omega = np.stack([angular_matrix[..., 2, 1], angular_matrix[..., 0, 2], angular_matrix[..., 1, 0]], axis=-1)
     return np.concatenate([derivative[..., :3, 3], omega], axis=-1)
 
