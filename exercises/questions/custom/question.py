@@ -686,15 +686,15 @@ def _derive_answer(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
     """Return the answer as formulas in textbook form. It is cached, because a check of the question needs it first."""
     evaluator = DefinitionEvaluator(definition)
     if evaluator.mentions_arm_symbols(chain):
-        return _derive_for_symbolic_arm(definition, chain)
+        return _derive_without_substitution(definition, chain)
     return sp.ImmutableMatrix(
-        derive(chain).substitute_matrix(_derive_for_symbolic_arm(definition, make_symbolic_arm(chain).chain))
+        derive(chain).substitute_matrix(_derive_without_substitution(definition, make_symbolic_arm(chain).chain))
     )
 
 
 @lru_cache(maxsize=1024)
-def _derive_for_symbolic_arm(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
-    """Return the answer for a symbolic arm, or for an arm with symbols that the formula mentions; cached."""
+def _derive_without_substitution(definition: Definition, chain: Chain) -> sp.ImmutableMatrix:
+    """Return the answer for this very arm: a symbolic arm, or an arm whose symbols the formula mentions; cached."""
     details = CustomDetails(definition=definition)
     value = DefinitionEvaluator(definition).compute_answer(derive_reference(chain, {}), details)
     return sp.ImmutableMatrix(to_sympy_matrix(value).applyfunc(_simplify))
@@ -759,7 +759,7 @@ def _is_constant(definition: Definition, chain: Chain, fixed_names: frozenset[st
 
     The symbols in `fixed_names` have the same value at all points, because they are numbers in a student's arm.
     """
-    values = _evaluate_at_points(list(_derive_for_symbolic_arm(definition, chain)), fixed_names).values.T
+    values = _evaluate_at_points(list(_derive_without_substitution(definition, chain)), fixed_names).values.T
     return all(np.allclose(value, values[0], rtol=1e-9, atol=1e-9) for value in values[1:])
 
 
