@@ -276,8 +276,8 @@ def replace_each_trig(entry: Node, replacement: Callable[[Node], Node]) -> list[
     """Return copies of an entry; in each copy, `replacement` replaces one sine or cosine."""
     copies = [replacement(entry)] if _is_trig(entry) else []
     for k, arg in enumerate(entry.args):
-        for new_arg in replace_each_trig(arg, replacement):
-            copies.append(entry.with_args([*entry.args[:k], new_arg, *entry.args[k + 1 :]]))
+        new_args = replace_each_trig(arg, replacement)
+        copies += [entry.with_args([*entry.args[:k], new_arg, *entry.args[k + 1 :]]) for new_arg in new_args]
     return copies
 
 

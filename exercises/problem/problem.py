@@ -78,10 +78,8 @@ class ProblemId:
         """
         new_convention = normalize_convention(convention) if convention else self.convention
         new_order = normalize_twist_order(twist_order) if twist_order else self.twist_order
-        if new_convention:
-            has_twist_order = bool(REGISTRY[new_convention].twist_orders)
-        else:  # unless the default convention, a table, is given by name, an order of twists implies screw axes
-            has_twist_order = not convention
+        # An order of twists alone implies screw axes, unless `convention` names the default convention, a table.
+        has_twist_order = bool(REGISTRY[new_convention].twist_orders) if new_convention else not convention
         if (twist_order or new_order) and not has_twist_order:
             table_words = f"is described by a table (convention = {convention or new_convention!r})"
             raise QdotError(f"{self.family_and_seed} {table_words}; {TWIST_ORDER_HINT}")

@@ -59,8 +59,10 @@ def _check_invertibility(model: NumericModel, part: Part) -> Checks:
     m, n = jacobian.shape
     if m == n:
         expected_key = "regular" if rank == n else "singular"
+    elif m < n:
+        expected_key = "redundant"
     else:
-        expected_key = "redundant" if m < n else "few"
+        expected_key = "few"
     yield Check("clear", is_clear and (m == n or rank == min(m, n)), f"{m} x {n}, rank {rank}")
     options = answer.options
     is_stated = options[answer.correct] == INVERTIBILITY_ANSWERS[expected_key] and details.answer_key == expected_key
