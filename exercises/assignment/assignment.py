@@ -73,8 +73,9 @@ SECRET_VARIABLE = "QDOT_SECRET"  # noqa: S105 - a variable's name
 _MISSING_FILE_HINT = "'qdot init' creates a folder with this file"
 MISSING_ROSTER_HINT = "give your class list, as saved by Canvas, Moodle or a spreadsheet"
 MIN_SECRET_LENGTH = 16
-PREVIEW_SECRET = "secret of a preview"  # noqa: S105 - no student has problems of a preview
+PREVIEW_SECRET = "secret of a preview"  # noqa: S105 - not secret, because no student gets the problems of a preview
 MAX_QUESTION_POINTS = 1e6
+"""The points of a question must be below this; more are certainly a mistake."""
 
 
 class ProblemEntry(pydantic.BaseModel):
@@ -300,7 +301,7 @@ class Assignment:
 
     @property
     def titles_by_part(self) -> dict[str, str]:
-        """The titles of the questions by part ("p1.jacobian"), including the instructor's own questions."""
+        """Maps each part, as in "p1.jacobian", to the title of its question, which may be the instructor's own."""
         return {f"{slot.name}.{name}": slot.find_question(name).title for slot in self.slots for name in slot.questions}
 
     def due_date_of(self, student: Student) -> datetime.datetime | None:
@@ -310,7 +311,10 @@ class Assignment:
         return due_date and add_time_zone(due_date, zone)
 
     def with_variation(self, variation: str) -> "Assignment":
-        """Return the assignment with another variation in all slots. Raises QdotError if a question is impossible."""
+        """Return the assignment with another variation in all slots.
+
+        Raises QdotError if a question of a slot does not apply to arms with this variation.
+        """
         slots = tuple(replace(slot, variation=find_canonical_name(variation)) for slot in self.slots)
         for slot in slots:
             try:
@@ -423,6 +427,7 @@ def load_assignment(folder: Path, is_preview: bool = False) -> Assignment:
     with errors.collect():
         _parse(file, ("key",), _check_assignment_key, content.key)
     with errors.collect():
+        # A late rule needs a due date, so it can't be checked if the due date is wrong.
         has_wrong_due_date = "due" in file.content and content.due is None
         late_rule = None if has_wrong_due_date else _parse(file, ("late",), read_late_rule, content.late, content.due)
     with errors.collect():
@@ -581,7 +586,7 @@ def _find_usable_content(file: TomlFile, errors: ErrorList) -> _UsableContent:
                 with errors.collect(), file.locate_errors(*key_path):
                     raise QdotError(EXPECTED_FORMS.get(str(key_path[-1]), EXPECTED_FORMS["problem"])) from None
     usable_content = {key: value for key, value in file.content.items() if key not in wrong_keys}
-    entries = usable_content.get("problem", [{}])
+    entries = usable_content.get("problem", [{}])  # the model requires a problem, so an unusable one is a placeholder
     usable_content["problem"] = [
         {} if i in unusable_problems else {k: value for k, value in entry.items() if (i, k) not in droppable_keys}
         for i, entry in enumerate(entries)
@@ -652,7 +657,7 @@ def _read_slot(
     with errors.collect():
         band = parse("difficulty", _read_band, entry.difficulty)
     errors.raise_all()
-    # For a robot, the name stays. Normalised, the default would become "", which means the convention of its file.
+    # Normalising turns the default convention into "". For a robot, "" would mean the convention in the robot's file.
     if not robot_digest:
         convention = normalized_convention
     with errors.collect():
@@ -793,7 +798,7 @@ def _choose_questions(family: Family, setting: list[str] | str | None, conventio
 def _check_points(points: tuple[float, ...] | None, question_count: int) -> None:
     if points is not None and len(points) != question_count:
         counts = f"{count_noun(len(points), 'number')} for {count_noun(question_count, 'question')}"
-        advice = EXPECTED_FORMS["points"].removesuffix("[1, 2]")
+        advice = EXPECTED_FORMS["points"].removesuffix("[1, 2]")  # this example may have the wrong length
         raise QdotError(f"{counts}; {advice}{[1] * question_count}")
     if points is not None and any(not 0 < number < MAX_QUESTION_POINTS for number in points):
         raise QdotError(EXPECTED_FORMS["points"])

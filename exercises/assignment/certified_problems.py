@@ -95,7 +95,7 @@ def certify_with(find_failures: FailureFinder, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, find_failures: FailureFinder) -> Problem:
-    """Return a problem if it passes its certificate. Raises QdotError otherwise; its id allows no other seed."""
+    """Return a problem if it passes its certificate. Raises QdotError otherwise: its id fixes the seed."""
     try:
         certify_with(find_failures, problem)
     except UncertifiedProblem as error:

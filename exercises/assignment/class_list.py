@@ -215,9 +215,9 @@ def _iterate_moodle_students(
             )
         last_name = cell_by_key["last name"]
         name = f"{cell_by_key['first name']} {last_name}".strip()
-        identity = {
+        line = {
             "student": normalize_identifier(cell_by_key[identity_key]), "name": name, LAST_NAME_KEY: last_name,
+            "email": cell_by_key.get("email", ""),
         }  # fmt: skip
         other_cells = {key: cell_by_key[key] for key in filled_keys if key != "email"}
-        email = cell_by_key.get("email", "")
-        yield ExportedStudent(number, cells, identity | {"email": email} | other_cells)
+        yield ExportedStudent(number, cells, line | other_cells)

@@ -12,9 +12,9 @@ from qdot.exercises.common.errors import ErrorList, QdotError
 from qdot.exercises.questions.custom.texts import check_formulas
 
 IMAGE_TYPES = {"png": "image/png", "jpg": "image/jpeg", "jpeg": "image/jpeg", "svg": "image/svg+xml"}
-"""The formats of logos, by the ending of the file, with their media types."""
+"""Maps the ending of a logo's file to the media type."""
 IMAGE_STARTS = {"png": b"\x89PNG", "jpg": b"\xff\xd8", "jpeg": b"\xff\xd8", "svg": b"<"}
-"""The first bytes of an image file, by the ending of its name."""
+"""Maps the ending of a logo's file to the bytes with which the content begins."""
 MAX_LOGO_SIZE, MAX_TEXT_LENGTH = 2_000_000, 5000
 """Maximum size of a logo in bytes, and of a text in characters."""
 
@@ -56,9 +56,10 @@ def read_front_page(table: Mapping[str, Any], folder: Path) -> FrontPage:
     errors, texts, logo = ErrorList(), dict[str, str](), None
     with errors.collect():
         check_keys(table, PAPER_FORMS)
-    for name in (name for name in table if name in PAPER_FORMS and name != "logo"):
+    for name, value in table.items():
         with errors.collect():
-            texts[name] = _read_text(name, table[name])
+            if name in PAPER_FORMS and name != "logo":
+                texts[name] = _read_text(name, value)
     with errors.collect():
         logo = _read_logo(table["logo"], folder) if "logo" in table else None
     errors.raise_all()

@@ -66,7 +66,7 @@ def make_file_name(student: Student) -> str:
 
 
 def read_notebooks(assignment: Assignment) -> dict[str, bytes]:
-    """Return the released notebook of each student. Raises QdotError if one is missing or out of date."""
+    """Map each student to the released notebook. Raises QdotError if one is missing or out of date."""
     outdated = [student.id for student in assignment.roster if not is_released(assignment, student.id)]
     if outdated:
         names = list_first(outdated, MAX_STUDENTS_LISTED)
@@ -145,7 +145,7 @@ def write_moodle_zip(assignment: Assignment, out: Path, worksheet: Path) -> Hand
 
 
 def read_moodle_numbers(folder: Path) -> Mapping[str, str]:
-    """Return the student for each Moodle number in the table that `write_moodle_zip` wrote; empty without the table."""
+    """Map each Moodle number to its student, as in the table that `write_moodle_zip` wrote; empty without the table."""
     table_path = folder / "handout" / "moodle" / INDEX_FILE
     if not table_path.is_file():
         return {}
@@ -157,13 +157,14 @@ def read_moodle_numbers(folder: Path) -> Mapping[str, str]:
 
 
 def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Mapping[str, str]:
-    """Return the number of each student's line in a grading worksheet. Raises QdotError."""
+    """Map each student to the participant's number in a grading worksheet. Raises QdotError."""
     rows = list(_read_worksheet(worksheet))
     numbers = {}
     unplaced_students = []
     for student in roster:
         texts = filter(None, (student.email, student.id, student.name))  # the most reliable one first
         keys = (" ".join(text.split()).casefold() for text in texts)
+        # the lines that contain the first of these texts that occurs at all
         matches = next(filter(None, ([number for number, cells in rows if key in cells] for key in keys)), [])
         if len(matches) == 1:
             numbers[student.id] = matches[0]

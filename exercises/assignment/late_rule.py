@@ -16,7 +16,7 @@ from qdot.exercises.common.errors import ErrorList, QdotError, count_noun
 
 SECONDS_PER_DAY = 86400
 UNITS = {"s": 1, "min": 60, "h": 3600, "day": SECONDS_PER_DAY, "days": SECONDS_PER_DAY}
-"""Units of durations, in seconds."""
+"""Maps each unit of durations to its length in seconds."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +88,10 @@ def read_late_rule(table: Mapping[str, Any] | None, due_date: datetime.datetime 
         if "at_most" in table and "per_day" not in table:
             reason = "at_most limits the deduction of per_day, but per_day is missing"
             raise QdotError(f"{reason}; {EXPECTED_FORMS['late']}")
-    for name in (name for name in ("per_day", "at_most") if name in table):
+    for name in ("per_day", "at_most"):
         with errors.collect():
-            shares[name] = _parse_share(name, table[name])
+            if name in table:
+                shares[name] = _parse_share(name, table[name])
     with errors.collect():
         if until is not None:
             is_time = isinstance(until, datetime.datetime)

@@ -31,7 +31,7 @@ class Replacement:
 
 
 Replacements = Mapping[tuple[str, str], Replacement]
-"""Replaced problems by (student, name of the slot)."""
+"""Maps pairs (student, name of the slot) to the replaced problems."""
 
 
 def read_replacements(folder: Path) -> dict[tuple[str, str], Replacement]:

@@ -27,8 +27,8 @@ def escape_controls(text: str) -> str:
 
 def print_result(text: str) -> None:
     """Write a result to standard output, followed by a line break if it doesn't end with one."""
-    text = escape_controls(text)
-    sys.stdout.write(text if text.endswith("\n") else text + "\n")
+    escaped_text = escape_controls(text)
+    sys.stdout.write(escaped_text if escaped_text.endswith("\n") else escaped_text + "\n")
     sys.stdout.flush()
 
 
@@ -93,7 +93,7 @@ class ProgressBarCounter(ProgressCounter):
 
     def __init__(self, bar: "Progress", title: str, total: int) -> None:
         super().__init__(title, total)
-        self._bar, self._task = bar, bar.add_task(title, total=total, rate="")
+        self._bar, self._task_id = bar, bar.add_task(title, total=total, rate="")
         self._next_refresh_time = 0.0
         bar.refresh()
 
@@ -101,7 +101,7 @@ class ProgressBarCounter(ProgressCounter):
         """Count one more item, and redraw the bar at most ten times a second."""
         task, now = self._bar.tasks[0], time.monotonic()
         speed = task.finished_speed or task.speed
-        self._bar.update(self._task, advance=1, rate=f"{speed:.1f}/s" if speed else "")
+        self._bar.update(self._task_id, advance=1, rate=f"{speed:.1f}/s" if speed else "")
         if now >= self._next_refresh_time:
             self._bar.refresh()
             self._next_refresh_time = now + 0.1

@@ -19,7 +19,7 @@ EXTRAS = {
     "cluster": ("distributed",),
     "serve": ("django", "lti_tool", "django_tasks_db", "psycopg", "waitress", "whitenoise"),
 }
-"""The extras of pyproject.toml, and the import names of the libraries that each installs."""
+"""Maps each extra of pyproject.toml to the import names of the libraries that it installs."""
 
 
 def find_qdot_version() -> str:

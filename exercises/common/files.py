@@ -211,7 +211,7 @@ def make_zip(files: Mapping[str, str | bytes], permissions: Mapping[str, int] = 
     with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED) as zip_file:
         for path, content in files.items():
             info = zipfile.ZipInfo(path, date_time=(1980, 1, 1, 0, 0, 0))
-            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3
+            info.compress_type, info.create_system = zipfile.ZIP_DEFLATED, 3  # 3 is Unix, so permissions apply
             info.external_attr = permissions.get(path, 0o644) << 16
             zip_file.writestr(info, content.encode() if isinstance(content, str) else content)
     return buffer.getvalue()

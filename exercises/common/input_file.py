@@ -195,7 +195,7 @@ class TomlFile:
 
     @cached_property
     def _line_numbers(self) -> dict[tuple[str | int, ...], int]:
-        """The number of the first line of each key and of each table, by their key paths."""
+        """Maps the path of each key and of each table to the number of its first line."""
         table: tuple[str | int, ...] = ()
         numbers: dict[tuple[str | int, ...], int] = {}
         for number, line in enumerate(_blank_multiline_texts(self.text).split("\n"), 1):
@@ -206,7 +206,8 @@ class TomlFile:
                 for key in keys:
                     table = (*table, key)
                     numbers.setdefault(table, number)
-                    if isinstance(self._find_value(table), list):  # each [[header]] begins another table
+                    # The last key of a [[header]] begins another table; an earlier key stands for its latest table.
+                    if isinstance(self._find_value(table), list):
                         table_count = sum(path[:-1] == table and isinstance(path[-1], int) for path in numbers)
                         is_new = header[1] == "[[" and len([k for k in table if isinstance(k, str)]) == len(keys)
                         table = (*table, table_count if is_new else max(table_count - 1, 0))

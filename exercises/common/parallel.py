@@ -82,7 +82,8 @@ def map_in_order(
             if result_if_lost is None:
                 advice = "if the machine ran out of memory, use a smaller --jobs"
                 raise QdotError(f"a worker process died; run the same command again ({advice})") from None
-            for item in items[finished_count : finished_count + jobs + 1]:  # a pool has at most these in progress
+            # A pool gives its processes one item more than they work on, so at most these items were in progress.
+            for item in items[finished_count : finished_count + jobs + 1]:
                 finished_count += 1
                 yield _run_alone(run_pool, item, result_if_lost)
 

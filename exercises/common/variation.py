@@ -21,7 +21,7 @@ VARIATION_STEPS: dict[str, tuple[str, ...]] = {
     "frames": ("lengths", "zeros", "senses", "base"),
     "full": VARIATION_AXES,
 }
-"""The steps with their axes of variation, from the chapter's own arm to an arm on which everything varies."""
+"""Maps each step to its axes of variation, from the chapter's own arm to an arm on which everything varies."""
 
 DEFAULT_VARIATION = "zeros"
 """The default step: each student gets other lengths and joint zeros; everything else is as in the chapter."""

@@ -82,7 +82,7 @@ def convert_bank(
                 f"{slot.name}: {slot.family.name} has only {problems_text} ({variation_text}), "
                 f"not {request.variant_count}"
             )
-        for _ in range(request.variant_count - count):
+        for _ in range(request.variant_count - count):  # so that the progress is complete
             request.on_step()
 
 

@@ -122,10 +122,10 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
     columns = max((count for count in (1, 2, 4) if count * max_width <= width and count <= len(texts)), default=1)
     options = part.details.offered_options if isinstance(part.details, Options) else ()
     has_tall_option = any(option.is_tall for option in options) or any(text.startswith(r"$\begin{") for text in texts)
-    is_formula = [re.fullmatch(r"\$[^$]*\$", text) is not None for text in texts]
-    if has_tall_option or (max_width > width and all(is_formula)):
+    are_formulas = [re.fullmatch(r"\$[^$]*\$", text) is not None for text in texts]
+    if has_tall_option or (max_width > width and all(are_formulas)):
         # a displayed formula can be made smaller or broken into lines
-        texts = [f"${text}$" if display else text for text, display in zip(texts, is_formula, strict=True)]
+        texts = [f"${text}$" if is_formula else text for text, is_formula in zip(texts, are_formulas, strict=True)]
     paper_options = tuple(PaperOption(letter, text) for letter, text in zip(LETTERS, texts, strict=False))
     return PaperOptions(paper_options, columns, has_tick_boxes=not answer.matched_items)
 

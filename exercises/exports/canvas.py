@@ -33,7 +33,6 @@ QUIZ_KINDS = (
         "New Quizzes", "-new-quizzes", lambda field: (make_number_pattern(field.value, field.tolerance),), True
     ),
 )
-"""Classic quizzes and New Quizzes."""
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ def export_common_cartridge(request: ExportRequest) -> Generator[ExportedFile, N
     ]
     yield _make_cartridge(request, f"{assignment.key}.imscc", title, quizzes, is_bank=False)
     for category, bank_items in items.group_items(single_items, request.report).items():
-        name = f"{category.slot_title.split()[0]}-{bank_items[0].key.split('-', 2)[2]}"
+        name = f"{category.slot_title.split()[0]}-{bank_items[0].key.split('-', 2)[2]}"  # as in p1-jacobian
         bank = CartridgePart("bank", f"{category.slot_title}: {category.question_title}", bank_items)
         yield _make_cartridge(request, f"banks/{name}.imscc", bank.title, [bank], is_bank=True)
 

@@ -45,8 +45,8 @@ Entry = TypeVar("Entry")
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
 SINGULARITY_QUESTIONS = ("singular-angles-choice", "singular-configurations", "singular-drawing")
-"""Short questions on singular configurations. The first that applies replaces the question that asks for all of
-them."""
+"""Short questions on singular configurations. Platforms can't mark the question that asks for all singular
+configurations, so the first of these questions that applies replaces it."""
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ class ItemCategory(NamedTuple):
 
 @dataclass(frozen=True)
 class QuizItem:
-    """A question for learning platforms. Its `key` is unique and permanent.
+    """A question for learning platforms. Its `key`, as in p1-007-jacobian, is unique and permanent.
 
     If the item asks for several numbers, `single_number_item` is an item that asks for only one of them, for platforms
     that accept only one number.
@@ -265,7 +265,7 @@ def group_by_category(
     find_content: Callable[[Entry], Hashable],
     report: Callable[[str], None],
 ) -> dict[ItemCategory, list[Entry]]:
-    """Return the entries of each category without copies, with the categories in order of appearance.
+    """Map each category, in order of appearance, to its entries without copies.
 
     Entries with equal content are copies: for an arm whose variants do not differ, all variants of some questions are
     equal. `report` gets a message for each category with copies.
@@ -286,7 +286,7 @@ def group_by_category(
 
 
 def group_items(items: Iterable[QuizItem], report: Callable[[str], None]) -> dict[ItemCategory, list[QuizItem]]:
-    """Return the different items of each category, with the categories in order of appearance."""
+    """Map each category, in order of appearance, to its different items."""
     return group_by_category(items, lambda item: item.category, lambda item: (item.body, item.form), report)
 
 

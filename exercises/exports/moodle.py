@@ -15,7 +15,7 @@ from qdot.exercises.exports.moodle_quiz import Category, InputBox, MoodleAnswer,
 from qdot.exercises.writing.render import render
 
 CREDIT_PERCENTAGES = {1: "100", 2: "50", 3: "33.33333", 4: "25", 5: "20", 6: "16.66667", 7: "14.28571", 8: "12.5"}
-"""The percentage for each correct option, by the number of correct options, from the list that Moodle accepts."""
+"""Maps the number of correct options to the percentage for each of them, which is from the list that Moodle accepts."""
 
 ZERO_WEIGHT, NONZERO_WEIGHT = 1, 2
 """The weights of fields with the value zero and with other values. Zeros weigh less, because they are often obvious."""

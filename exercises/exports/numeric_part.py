@@ -227,7 +227,8 @@ def _collect_values(chain: Chain, part: Part, configurations: Sequence[ExactValu
 def _choose_configuration(correct: np.ndarray, predictions: Sequence[catalogue.PredictedAnswer]) -> int | None:
     """Return the index of the best configuration; None if the answer is infinite or zero at all configurations.
 
-    The best configuration has the fewest tiny entries; if several have equally few, it distinguishes the most mistakes.
+    `correct` is the answer (rows, columns, configurations). The best configuration has the fewest tiny entries, apart
+    from entries that are always zero. If several have equally few, the best one distinguishes the most mistakes.
     """
     max_by_configuration = np.abs(correct).max(axis=(0, 1))
     max_by_entry = np.nan_to_num(np.abs(correct)).max(axis=-1)

@@ -55,7 +55,7 @@ _TEMPLATES: dict[str, tuple[str, dict[str, Callable[..., str]]]] = {
     "tex": ("paper.tex.j2", {"write_markup": to_latex, "escape_text": escape_latex, "draw_figure": convert_to_tikz}),
     "pdf": ("paper.typ.j2", {"write_markup": to_typst, "escape_text": escape_typst, "quote": quote_for_typst}),
 }
-"""For each file type, the template and the functions that it calls."""
+"""Maps each file type to its template and the functions that the template calls."""
 
 
 def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFile, None, None]:
@@ -76,7 +76,6 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
             f"{name}.{file_type}", compile_pdf(text, images) if file_type == "pdf" else text, is_private
         )
 
-    images = _list_images(request)
     for file_name, content in images.items() if file_type == "tex" else ():
         if file_name.endswith(".svg"):
             raise QdotError("LaTeX can't show an SVG logo; give `logo` in assignment.toml a PNG or JPEG file")

@@ -101,6 +101,7 @@ def _make_server_files(
     assignment = request.assignment
     for path, data in read_problem_files(assignment).items():
         yield ExportedFile(f"{folder}/{path}", data, is_private=True)
+    # An assignment needs a roster, but the server generates problems without it.
     yield ExportedFile(f"{folder}/roster.csv", "student\nprairielearn\n", is_private=True)
     yield ExportedFile(f"{folder}/{SECRET_FILE}", _derive_hash(assignment, "seed") + "\n", is_private=True)
     bank = _write_json({"digest": assignment.notebook_digest, "seeds": seeds_by_slot})
@@ -133,7 +134,7 @@ def _make_assessments(assignment: Assignment, attempt_count: int) -> dict[str, d
         {"id": name, "autoPoints": points, "triesPerVariant": attempt_count}
         for name, points in points_by_question.items()
     ]
-    exam_questions = [
+    exam_questions = [  # with the same points for a right answer at each attempt
         {"id": name, "autoPoints": [points] * attempt_count} for name, points in points_by_question.items()
     ]
     exam_settings = {"shuffleQuestions": False, "requireHonorCode": False}

@@ -20,7 +20,7 @@ WORKFLOWS = {
     "github": (".github/workflows/grade.yml", ".github/workflows/check.yml"),
     "gitlab": (".gitlab-ci.yml", ".gitlab-ci.yml"),
 }
-"""For each platform, the paths of the workflow that grades, and of the one that checks a student's notebook."""
+"""Maps each platform to the paths of the workflow that grades, and of the one that checks a student's notebook."""
 
 ACTIONS = {
     "checkout": "actions/checkout@d23441a48e516b6c34aea4fa41551a30e30af803  # v6.1.0",

@@ -122,6 +122,7 @@ def _make_bank_files(request: ExportRequest) -> _Files:
         )  # fmt: skip
         if failures:
             raise QdotError(f"{failures[0]}. Nothing is exported")  # each problem passed before, so this is a bug
+        # the steps of variants that could not be generated, so that the progress is complete
         for _ in range(len(assignment.slots) * request.variant_count - len(bank_problems)):
             request.on_step()
         paths = sorted(Path(folder).rglob("*.json"))

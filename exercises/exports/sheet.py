@@ -167,10 +167,11 @@ def _list_versions(request: ExportRequest) -> list[_SheetTask]:
     variants_by_slot: dict[str, list[Problem]] = {}
     for variant in iterate_bank(replace(request, variant_count=request.version_count, on_step=lambda: None)):
         variants_by_slot.setdefault(variant.slot.name, []).append(variant.problem)
-    return [
-        _SheetTask(letter, f"Version {letter}", "", tuple(v[index % len(v)] for v in variants_by_slot.values()))
-        for index, letter in enumerate(VERSION_LETTERS[: request.version_count])
-    ]
+    tasks = []
+    for index, letter in enumerate(VERSION_LETTERS[: request.version_count]):
+        problems = tuple(variants[index % len(variants)] for variants in variants_by_slot.values())
+        tasks.append(_SheetTask(letter, f"Version {letter}", "", problems))
+    return tasks
 
 
 def _make_sheet_for_task(request: ExportRequest, task: _SheetTask) -> _SheetResult:

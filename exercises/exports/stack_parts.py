@@ -178,9 +178,10 @@ def _find_varying_indices(problem: Problem, reference: sp.Matrix) -> list[int]:
 
 
 def _find_pivot_position(problem: Problem, reference: sp.Matrix) -> int | None:
-    """Return the position of the pivot, the first nonzero entry; None for zeros and for a single constant.
+    """Return the position of the pivot, which is the first nonzero entry.
 
-    Positions count the entries row by row from 1, as Maxima does.
+    Return None if all entries are zero, or if the only nonzero entry is a constant. Positions count the entries row by
+    row from 1, as Maxima does.
     """
     nonzero_positions = [k for k, entry in enumerate(reference, 1) if entry != 0]
     has_pivot = len(nonzero_positions) > 1 or (nonzero_positions and _find_varying_indices(problem, reference))
@@ -209,7 +210,7 @@ def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
 def _convert_formulas(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart | Reason:
     """Return a part that asks for a formula or a matrix of formulas, or the reason why STACK can't ask it."""
     is_single, reference = part.shape is None, part.answer.as_matrix()
-    pivot_position = _find_pivot_position(problem, reference) or 1  # 1: the only entry, or the first of many zeros
+    pivot_position = _find_pivot_position(problem, reference) or 1  # without a pivot, the first entry
     points = _sample_points(problem, reference, pivot_position)
     if points is None:
         return NO_POINTS
@@ -294,6 +295,7 @@ def _write_partial_credit_lines(problem: Problem, part: Part, reference: sp.Matr
     if _find_pivot_position(problem, reference) is None:
         return lines, feedback
     varying_positions, factor = [k + 1 for k in _find_varying_indices(problem, reference)], part.credit.factor
+    # qdot_sign_and_factor_errors returns 0 if the answer has errors of other kinds.
     lines += [
         f"error_count: qdot_sign_and_factor_errors(typed, expected, agree, {varying_positions});",
         f"share: max(share, if error_count = 0 then 0 else {factor}*(1 - {SIGN_OR_FACTOR_COST}*error_count));",
@@ -310,8 +312,8 @@ def _write_entry_lines(problem: Problem, part: Part, reference: sp.Matrix) -> tu
     credit = part.credit
     counted_indices, zero_indices = _separate_zeros(reference)
 
-    def write_agreeing_count(entries: Sequence[int]) -> str:
-        return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in entries]}))"
+    def write_agreeing_count(indices: Sequence[int]) -> str:
+        return f"qdot_count(makelist(agree[i], i, {[k + 1 for k in indices]}))"
 
     factor_text = "" if credit.factor == 1 else f"*{credit.factor}"
     if credit.rule == "columns" and reference.cols > 1:
@@ -400,9 +402,9 @@ def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) 
         feedback, "share", box_width=12, validator="" if is_single else "qdot_check_numbers",
         typing_help="" if is_single else "Type tiny numbers as 2.7*10^-5, not as 2.7e-5.",
     )  # fmt: skip
-    for number, known_answer in enumerate(known_answers, 1):
-        floats, comparison = _write_floats(known_answer.matrix, is_single), write_near_count(f"wrong{number}")
-        stack_part.add_mistake(number, known_answer, floats, comparison, str(n), compute_share(known_answer))
+    for index, known_answer in enumerate(known_answers, 1):
+        floats, comparison = _write_floats(known_answer.matrix, is_single), write_near_count(f"wrong{index}")
+        stack_part.add_mistake(index, known_answer, floats, comparison, str(n), compute_share(known_answer))
         tests[-1] = replace(tests[-1], value=_choose_test_value(tests[-1].value, floats))
     values_outside = exact_reference + 50 * sp.Matrix(tolerances)  # clearly wrong
     values_inside = exact_reference + sp.Matrix(tolerances) / 2
@@ -480,7 +482,9 @@ def _convert_choice(part: Part) -> StackPart:
     correct = str(answer.correct + 1)
     nodes = [ResponseNode("AlgEquiv", "ans1", correct, CORRECT_NOTE, "1")]
     tests = [replace(REFERENCE_TEST, value=correct)]
-    for i in (index for index in range(len(answer.options)) if index != answer.correct):
+    for i in range(len(answer.options)):
+        if i == answer.correct:
+            continue
         blames = list_blames(part, i)
         feedback = add_chapter_to_reference(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         note = "-".join(["prt1", LETTERS[i], *dict.fromkeys(blame.mistake for blame in blames)])
@@ -582,6 +586,7 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
     full_turn, joint_values = 2 * float(sp.pi), set()
     for joint, value in _iterate_joint_values(components):
         wrapped_value = float(value) % full_turn if is_joint_angle(joint) else float(value)
+        # the second % turns a full turn, to which an angle may be rounded, into 0
         joint_values.add((joint.name, round(wrapped_value, 9) % round(full_turn, 9)))
     return joint_values
 

@@ -14,7 +14,7 @@ DECIMALS_NOTE = (
 SHOWN_DIGITS = 3
 """Number of significant digits of the first listed text, which platforms show as the correct answer."""
 MAX_LISTED = 12
-"""If a number of decimals gives more numbers than this, only the rounded and the truncated value are listed."""
+"""If more numbers than this have the same count of decimals, only the rounded and the truncated value are listed."""
 MAX_DIGITS = 6
 """Maximum number of significant digits of a listed number, unless the tolerance requires more."""
 ZEROS = ("0", "0.0", "0.00", "0.000", "-0")

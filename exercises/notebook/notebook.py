@@ -185,11 +185,11 @@ def _make_problem_cells(
 ) -> "Iterator[NotebookNode]":
     """Yield the cells of a problem; `released_texts` has the texts of a released notebook by the ids of their cells."""
     statement_id = f"{slot}-statement"
-    opening = released_texts.get(statement_id)
-    if not opening:
+    statement = released_texts.get(statement_id)
+    if not statement:
         figure = _embed_image(draw_figure_svg(problem.chain, slot), describe_figure(problem.chain))
-        opening = problem_texts.write_statement(problem, f"{number} {problem.title}", figure)
-    yield _make_cell("markdown", statement_id, opening)
+        statement = problem_texts.write_statement(problem, f"{number} {problem.title}", figure)
+    yield _make_cell("markdown", statement_id, statement)
     solutions = problem_texts.write_solutions(problem) if kind == "solution" else {}
     for index, part in enumerate(problem.parts, 1):
         part_number, name = f"{number}.{index}", f"{slot}-{part.name}"

@@ -158,7 +158,7 @@ def _write_ipynb(title: str, problems: Problems, with_solutions: bool, with_hint
 FORMATS: dict[str, Callable[[str, Problems, bool, bool], str]] = {
     "text": _write_text, "latex": _write_latex, "html": _write_html, "ipynb": _write_ipynb,
 }  # fmt: skip
-"""The function that writes problems in a format, for every format except JSON."""
+"""Maps each format except JSON to the function that writes problems in it."""
 
 
 # --- JSON ---

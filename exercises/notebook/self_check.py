@@ -22,7 +22,7 @@ SELF_CHECK = "self_check"
 Problems = Sequence[tuple[str, Problem]]
 """The problems of a notebook, each with its slot: p1, p2, …"""
 PartsByKind = dict[str, Part]
-"""The parts of a problem by the names of their questions."""
+"""Maps the name of each question of a problem to the part that asks it."""
 
 
 def _list_coordinate_indices(parts: PartsByKind) -> list[int]:
@@ -45,7 +45,10 @@ CONDITIONS: dict[str, Callable[[Chain, PartsByKind], bool]] = {
     "point-last-origin": _is_point_last_origin,
     "point-not-last-origin": lambda chain, parts: not _is_point_last_origin(chain, parts),
 }
-"""The conditions under which a relation applies to an arm and its questions, by name."""
+"""Maps the name of a condition to the function that returns whether it holds for an arm and the parts of its problem.
+
+A relation applies only to arms for which all of the relation's conditions hold.
+"""
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ class ListedRobot:
 
 @cache
 def list_robots() -> Mapping[str, ListedRobot]:
-    """Return the robots of the library by name; names are sorted with numbers in numeric order.
+    """Map the name of each robot of the library to the robot; names are sorted with numbers in numeric order.
 
     >>> list(list_robots())[-6:]
     ['ur3', 'ur3e', 'ur5', 'ur5e', 'ur10', 'ur10e']

@@ -33,7 +33,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from itertools import compress, product
+from itertools import compress
 from pathlib import Path
 from typing import Any, NamedTuple, TypeGuard
 
@@ -108,7 +108,7 @@ class LengthRange(NamedTuple):
 
 @dataclass(frozen=True)
 class WrittenArm:
-    """The description of an arm in its file, if the file contains no standard table.
+    """The description of an arm in its file, if the file contains no standard table with variables of positive sign.
 
     - `rows`: the joints as the user wrote them: the rows of a table, or the axes in the base frame.
     - `base`: position and angles of the base as the user wrote them; None if the file has no base.
@@ -126,7 +126,7 @@ class Robot:
     - `length_ranges`: the lengths that are random for each student.
     - `notes`: warnings about probable mistakes in the file.
     - `limits`: the limits of each joint (rad or m), None for a joint without limits.
-    - `written_arm`: the description in the file; None if the file contains the standard table.
+    - `written_arm`: the description in the file; None if the file contains the table of `chain`.
     - `source`: the source of the numbers; empty if the file does not state the source.
     - `is_table_rounded`: whether some numbers of the standard table are rounded to ten decimals, because they have no
       short formula.
@@ -191,7 +191,7 @@ def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
 def _snap_table_offsets(chain: Chain, tolerance: sp.Expr) -> tuple[Chain, list[str]]:
     """Remove offsets of at most `tolerance` (m) from an arm's table; return the arm, and the removed offsets as text.
 
-    An offset in the table may be a sum of offsets in the file. So it can be small although none of these was.
+    An offset in the table may be a sum of offsets in the file. So it can be small although no offset in the file is.
     """
     snapped_offsets: list[str] = []
 
@@ -252,7 +252,8 @@ class _RobotReader:
         self.written_arm: WrittenArm | None = None
         self.axis_points: tuple[Triple | None, ...] = ()
         self.exact_home_geometry: tuple[list[Axis], sp.Matrix | None] = ([], None)
-        """The axes and the point of interest at home before the conversion to the table, for `is_table_rounded`."""
+        """The axes and the point of interest at home before the conversion to the standard table; no axes if nothing is
+        converted."""
 
     def read_chain(self) -> Chain:
         """Return the arm with the task in the file, or with the default task if the file has none."""
@@ -559,8 +560,9 @@ def _parse_range(range_ends: object) -> tuple[int, int]:
 
 def _find_length_warning(file: TomlFile, chain: Chain, length_ranges: Iterable[LengthRange]) -> tuple[str, ...]:
     """Return a warning about the first length that is probably not in metres; an empty tuple if there is none."""
-    rows = product(enumerate(chain.joints), ("d", "a"))
-    entries: list[tuple[KeyPath, sp.Expr]] = [(("joint", i, key), getattr(joint, key)) for (i, joint), key in rows]
+    entries: list[tuple[KeyPath, sp.Expr]] = [
+        (("joint", i, key), getattr(joint, key)) for i, joint in enumerate(chain.joints) for key in ("d", "a")
+    ]
     entries += [(("point",), value) for value in chain.point.offset]
     entries += [(("draw", length.symbol.name), sp.Rational(length.max_cm, 100)) for length in length_ranges]
     warnings = [(path, warning) for path, value in entries if (warning := find_unit_warning(value)) is not None]

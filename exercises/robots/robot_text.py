@@ -38,7 +38,9 @@ def write_robot_text(robot: Robot, convention: str) -> str:
         limit_entry = [("limits", _format_list(joint_limits))] if joint_limits else []
         sections.append(f"[[joint]]\n{_format_lines([*joint, *limit_entry])}")
     # the ranges are in whole cm, but the file's lengths are in m
-    ranges = [(item.symbol.name, f"[{item.min_cm / 100:g}, {item.max_cm / 100:g}]") for item in robot.length_ranges]
+    ranges = [
+        (length.symbol.name, f"[{length.min_cm / 100:g}, {length.max_cm / 100:g}]") for length in robot.length_ranges
+    ]
     sections += [f"[draw]\n{_format_lines(ranges)}"] if ranges else []
     return "\n".join(sections)
 

@@ -282,7 +282,7 @@ class _UrdfReader:
         self.offset_tolerance = min(MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE * length.n(), key=float)
 
     def read_direction(self, joint: ElementTree.Element) -> sp.Matrix:
-        """Return the unit vector along a joint's axis, in the joint's frame."""
+        """Return the unit vector along a joint's axis, in the joint's frame; tiny components are snapped to zero."""
         element = joint.find("axis")
         axis = sp.Matrix(self._parse_numbers(joint, "axis xyz", "1 0 0" if element is None else element.get("xyz", "")))
         if axis.norm() == 0:

@@ -61,12 +61,12 @@ def write_bank(
     Solutions are written only if `with_solutions`.
     """
     entries, state = [], (folder, find_failures, with_solutions)
-    with closing(map_in_order(_write_problem, problems, jobs, setup=return_state, arguments=(state,))) as records:
-        for entry in records:
-            if isinstance(entry, FailedSlot):
-                on_failed(entry)
+    with closing(map_in_order(_write_problem, problems, jobs, setup=return_state, arguments=(state,))) as results:
+        for result in results:
+            if isinstance(result, FailedSlot):
+                on_failed(result)
             else:
-                entries.append(entry)
+                entries.append(result)
             on_problem()
     return entries
 
@@ -114,7 +114,7 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
 
 
 def _name_files(contents: Mapping[str, Json], language_ending: str) -> dict[str, Json]:
-    """Return the files in a language by the endings of their names."""
+    """Return contents in a language under the full endings of their files, with the ending for the language."""
     return {f"{ending}{language_ending}": content for ending, content in contents.items()}
 
 

@@ -37,7 +37,8 @@ ARMS_PER_STEP = 25
 ARMS_PER_QUESTION = 2
 """Number of arms that get each question, in addition to the first arm of a step."""
 MAX_QUIZ_SEED = 9
-"""Arms with an odd seed up to this one also have short questions; this is one arm of each step."""
+"""Arms with an odd seed up to this one also have short questions: one arm of each of the five steps of variation,
+because the steps follow each other in the order of the seeds."""
 COMPARED_SEEDS = (1, 2, 3)
 """Seeds whose problems are compared to find the questions with sampled numbers, such as joint rates."""
 MAX_SEEDS_PER_ARM = 4
@@ -124,9 +125,9 @@ def find_custom_questions(problems: Sequence[BankProblem]) -> list[Question]:
 
 
 def list_problems_of_families(
-    names: Sequence[str], variants: int, variation: str = "", convention: str = "", twist_order: str = ""
+    names: Sequence[str], arm_count: int, variation: str = "", convention: str = "", twist_order: str = ""
 ) -> list[BankProblem]:
-    """Return the problems for `variants` arms of each family; some of the arms have short questions, too.
+    """Return the problems for `arm_count` arms of each family; some of the arms have short questions, too.
 
     Without a `variation`, the arms of a family cycle through the steps of variation. `convention` and `twist_order`
     apply to all arms, if given. Raises QdotError for unknown names.
@@ -139,7 +140,7 @@ def list_problems_of_families(
         main_problems = [
             replace(problem, frame_convention=frame_convention)
             for first_seed, step in enumerate(steps, 1)
-            for problem in _list_problems(name, step, range(first_seed, variants + 1, len(steps)), frame_convention)
+            for problem in _list_problems(name, step, range(first_seed, arm_count + 1, len(steps)), frame_convention)
         ]
         for problem in sorted(main_problems, key=lambda problem: problem.seed):
             problems.append(problem)

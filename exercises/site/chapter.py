@@ -107,7 +107,7 @@ def make_arm_data(chain: Chain) -> Json:
 
 
 def _find_errata_pages() -> dict[int, str]:
-    """Return the path of the example's page that each erratum corrects, by the number of the erratum."""
+    """Map the number of each erratum in an example to the path of the example's page."""
     return {
         number: make_example_path(example.number)
         for number, erratum in enumerate(read_errata(), 1)

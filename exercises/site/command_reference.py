@@ -36,7 +36,7 @@ def list_commands(program: Any, name: str) -> Iterator[Command]:
 
 
 def _remove_marks(text: str) -> str:
-    """Return a help text without Click's marks."""
+    r"""Return a help text without the marks that are not shown: \b (do not wrap) and the backslash before a bracket."""
     return text.replace("\b", "").replace("\\[", "[")
 
 

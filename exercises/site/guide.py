@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 REPLACED_PAGES = {"examples": "examples/index.html", "errata": "examples/errata.html", "families": "arms.html"}
-"""Pages of docs/ that the site replaces, each with the path of the site's own page."""
+"""Maps each page of docs/ that the site replaces to the path of the site's own page."""
 COMMANDS = "commands"
 """The page on the command line, which is made from the program itself."""
 GROUPS: dict[str, dict[str, tuple[str, str]]] = tomllib.loads(
     Path(__file__).with_name("guide.toml").read_text(encoding="utf-8")
 )
-"""The pages of docs/ by group, each with its title and a line on its content."""
+"""Maps each group to its pages of docs/, and each of these pages to its title and a line on its content."""
 OTHER_PAGES = "More"
 """The name of the last group, which has all other pages."""
 
@@ -27,7 +27,7 @@ class DocumentationEntry:
 
 
 def arrange_pages(docs: Path) -> dict[str, list[DocumentationEntry]]:
-    """Return the existing pages by group; pages without a group come last, with their headings as titles."""
+    """Map each group to its existing pages; pages without a group come last, with their headings as titles."""
     paths = {path.stem: path for path in sorted(docs.glob("*.md")) if path.stem not in REPLACED_PAGES}
     groups = {
         group: [DocumentationEntry(name, *texts) for name, texts in pages.items() if name in {*paths, COMMANDS}]

@@ -5,22 +5,24 @@ checked by hand. Correct values are computed with many digits and written with 1
 digits. So a key has the same bytes on every machine. A key has one of these forms:
 
     {"type": "values", "symbols": [name], "points": [[value]], "rows": r, "columns": c,
-     "right": [[entry at each point]], "constants": [name], "moving": [index of an entry that depends on others],
+     "right": [[entry at each point]], "constants": [name of a length or constant angle in "symbols"],
+     "moving": [index of an entry that contains other symbols than these],
      "linear": {rate, velocity or force: [[its factor in each entry at the first points]]},
      "mistakes": [{"name", "title", "says", "missing": symbols, "print": [number at the first points]}],
-     "throughout": [… like mistakes: the same mistake everywhere in the finished formulas]}
+     "throughout": [… like "mistakes": the same mistake everywhere in the finished formulas]}
     {"type": "numbers", "units", "tolerance", "floor", "right": [number], "mistakes": [{…, "values": [number]}],
-     "precise": [… like mistakes: considered only for a single number with many digits]}
-    {"type": "direction", …as "values", "tolerance": number or null}
-    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[configuration]],
-     "conditions": [number of pieces of each], "mistakes": []}
+     "precise": [… like "mistakes": considered only for a single number with many digits]}
+    {"type": "direction", … like "values", "tolerance": number or null}
+    {"type": "configurations", "joints": [name], "symbols": [name], "pieces": [[configuration on the piece]],
+     "conditions": [number of pieces of each condition], "mistakes": []}
     {"type": "choice" | "selection" | "matching", "options": count, "items": count, "right": [index],
      "option_mistakes": [[{"name", "title", "says"} of a mistake that leads to a wrong option]]}
 
 "print" is a fingerprint, one number for a whole answer at a configuration: the sum of its entries, row by row, each
-times `compute_weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. A numeric
-direction has that vector as "values". Single mistakes in a formula and mistakes in conditions are not in the key,
-because the page finds them itself (site/src/grade/slips.ts, set-slips.ts).
+times `compute_weight(index)`. For a direction, it is the absolute value of this sum for its unit vector. In the key of
+a numeric direction, mistakes have that unit vector as "values". A set of configurations is the union of its pieces;
+theta2 = 0 and theta2 = pi are the pieces of sin(theta2) = 0. Single mistakes in a formula and mistakes in conditions
+are not in the key, because the page finds them itself (site/src/grade/slips.ts, set-slips.ts).
 """
 
 import itertools
@@ -142,7 +144,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         }  # fmt: skip
         if max(floors) > min(floors):
             key["floors"] = floors
-        if answer.shape == (1, 1):  # many other mistakes give the same number if the number has few digits
+        if answer.shape == (1, 1):  # unlikely mistakes, which would match a number with few digits by chance
             known_values = {tuple(mistake["values"]) for mistake in mistakes}
             precise_mistakes = self._collect(_find_mistakes_in_numbers(self.problem, self.part, answer, True))
             key["precise"] = [mistake for mistake in precise_mistakes if tuple(mistake["values"]) not in known_values]
@@ -169,6 +171,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         return [[_make_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in option_blames]
 
     def _collect(self, mistakes: Iterator[Json]) -> list[Json]:
+        """Return the records of mistakes, which are computed only now; none unless the key has mistakes."""
         return list(mistakes) if self.with_mistakes else []
 
 
@@ -245,7 +248,7 @@ def _find_mistakes_in_formulas(problem: Problem, part: Part, points: SymbolValue
     stages = compute_numeric_stages(problem.chain, values)
     known_fingerprints = {_compute_fingerprint(compute_answer(stages, part), is_direction)}
     opposite_fingerprint = _compute_fingerprint(-compute_answer(stages, part))
-    for prediction in _predict_wrong_answers(stages, part, known_fingerprints):
+    for prediction in _predict_enough_wrong_answers(stages, part, known_fingerprints):
         if prediction.answer.shape[:2] != (part.shape or (1, 1)) or not _is_finite_and_nonzero(prediction.answer):
             continue
         fingerprint = _compute_fingerprint(prediction.answer, is_direction)
@@ -278,10 +281,10 @@ def _find_mistakes_throughout(problem: Problem, part: Part, points: SymbolValues
         yield {**mistake, "print": [float(text) for text in fingerprint]}
 
 
-def _predict_wrong_answers(
+def _predict_enough_wrong_answers(
     stages: StageResults, part: Part, known_answers: Collection[object]
 ) -> Iterator[PredictedAnswer]:
-    """Yield wrong answers of known mistakes until there are enough; then yield those of ALWAYS_INCLUDED.
+    """Yield wrong answers of mistakes from the catalogue until there are enough, then those of ALWAYS_INCLUDED.
 
     The caller adds each new wrong answer to `known_answers` before it asks for the next one.
     """
@@ -325,16 +328,16 @@ def _select_likeliest_mistakes(mistakes: Iterable[_NumericMistake], correct: Ite
         yield {**mistake.record, "values": [round_to_six_digits(value) + 0.0 for value in mistake.values]}
 
 
-def _compute_fingerprint(answer: np.ndarray, up_to_a_factor: bool = False) -> tuple[str, ...]:
+def _compute_fingerprint(answer: np.ndarray, is_direction: bool = False) -> tuple[str, ...]:
     """Return the fingerprint of an answer (rows, columns, points): a number for each point, as text.
 
-    If `up_to_a_factor`, return the fingerprint of the unit vector along the answer, without its sign.
+    If `is_direction`, return the fingerprint of the unit vector along the answer, without its sign.
     """
     entries = answer.reshape(-1, answer.shape[-1])
-    if up_to_a_factor:
+    if is_direction:
         entries = entries / np.sqrt((np.abs(entries) ** 2).sum(axis=0))
     values = np.asarray(sum(compute_weight(i) * entry for i, entry in enumerate(entries))).real
-    return tuple(f"{value:.5e}" for value in (np.abs(values) if up_to_a_factor else values))
+    return tuple(f"{value:.5e}" for value in (np.abs(values) if is_direction else values))
 
 
 def _is_finite_and_nonzero(answer: np.ndarray) -> bool:
@@ -432,8 +435,10 @@ def _find_derived_question(part: Part) -> tuple[Part | None, Callable[[np.ndarra
 
     The question is the part itself, or the chapter's question from which it follows; None if there is no such question.
     """
-    if is_derived_step_by_step(part) or part.kind not in _CHAPTER_QUESTIONS:
-        return (part if is_derived_step_by_step(part) else None), _take_first_values
+    if is_derived_step_by_step(part):
+        return part, _take_first_values
+    if part.kind not in _CHAPTER_QUESTIONS:
+        return None, _take_first_values
     kind, extract_numbers = _CHAPTER_QUESTIONS[part.kind]
     return replace(part, kind=kind), extract_numbers
 
@@ -494,8 +499,7 @@ def _make_stream(problem: Problem, part: Part) -> Stream:
 
 def _to_double(value: Any) -> float | None:
     """Return a number rounded to 15 digits, or None if it is not real and finite."""
-    if isinstance(value, mpmath.mpc):
+    if isinstance(value, mpmath.mpc):  # of DIGITS digits, so a smaller imaginary part is a rounding error
         value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
-    text = mpmath.nstr(mpmath.mpf(value), 15)
-    number = float(text)
+    number = float(mpmath.nstr(mpmath.mpf(value), 15))
     return number + 0.0 if np.isfinite(number) else None

@@ -86,7 +86,7 @@ def _explain_build() -> str:
         return f"install {NODE_VERSION}, then run `make site-scripts` in {source_folder.parent}"
     return (
         f"qdot was installed from its source on a machine without Node: install {NODE_VERSION}, then install qdot "
-        "again, or install a wheel that contains them (docs/install.md)"
+        "again, or install a wheel that contains the scripts (docs/install.md)"
     )
 
 
@@ -188,7 +188,6 @@ def _make_documentation_pages(docs: Path, command_reference: str) -> Iterator[Pa
 def link_pages(body: str) -> str:
     """Return a page of docs/ with links to other pages of the site, and with anchors at its headings."""
     body = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_write_address(m[1], m[2] or "")}"', body)
-    body = re.sub(r'href="\.\./(?!\w+(?:/\w+)?\.html)([^"]+)"', r'href="\1"', body)
     return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, body)
 
 

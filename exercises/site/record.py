@@ -44,9 +44,9 @@ def make_site_record(problem: Problem) -> Json:
     "pose": {joint: rad or m}, the configuration in the figure,
     "parts": [{"name", "kind", "title", "type", "shape", "points", "prompt", "names", "labels", "columns",
     "grid": [[LaTeX labels of the rows], [of the columns]], "figure", "alt", "pose": the given joint values and lengths
-    or null, "hints", "options", "key": as in `keys`, its mistakes as [index into "said", number, …], the mistakes
-    behind its options as such indices}],
-    "said": [[name, title, sentence, missing symbols, if any]]}
+    or null, "hints", "options", "key": as in `keys`, but each mistake as [index into "said", number, …], and each
+    mistake that leads to an option as its index into "said"}],
+    "said": [[name, title, sentence, missing symbols, if any]], one row for each mistake with a different sentence}
     """
     sentences = MistakeSentences()
     keys = [sentences.shorten_key(make_key(problem, part)) for part in problem.parts]
@@ -70,13 +70,13 @@ def make_asked_record(problem: Problem, has_hints: bool, language: str = ENGLISH
     return record
 
 
-_FORMS_OF_KEYS = {"number": "numbers", "singular": "configurations", "expression": "values", "matrix": "values"}
-"""The type of the key for each type of answer, unless both have the same name."""
+_KEY_TYPES = {"number": "numbers", "singular": "configurations", "expression": "values", "matrix": "values"}
+"""Maps each type of answer to the type of its key, unless both have the same name."""
 
 
 def _describe_form(part: Part) -> Json:
     """Return the form of an answer, as in `make_asked_record`."""
-    key_type = _FORMS_OF_KEYS.get(part.type, part.type)
+    key_type = _KEY_TYPES.get(part.type, part.type)
     return {"type": key_type, "units": list(part.answer.expected_units), "items": len(part.answer.matched_items)}
 
 
@@ -98,7 +98,7 @@ def make_arm_record(problem: Problem) -> Json:
 
 
 def split_record(record: Json, texts: Json, solutions: Json | None) -> dict[str, Json]:
-    """Return the contents of a problem's files by the endings of their names: "" for the arm, else "/QUESTION".
+    """Map the ending of each of a problem's file names ("" for the arm, else "/QUESTION") to the file's content.
 
     - `record`: the problem, as in `make_site_record`
     - `texts`: the same record, or its texts in another language
@@ -110,14 +110,14 @@ def split_record(record: Json, texts: Json, solutions: Json | None) -> dict[str,
     arm = {name: value for name, value in texts.items() if name not in ("parts", "said")}
     files = {"": arm | {"factors": solutions["factors"]} if solutions and "factors" in solutions else arm}
     for index, (part, part_texts) in enumerate(zip(record["parts"], texts["parts"], strict=True)):
-        said = {str(mistake): texts["said"][mistake] for mistake in _list_mistakes(part["key"])}
-        solved = {"solved": solutions["parts"][index]} if solutions else {}
-        files[f"/{part['kind']}"] = {**part_texts, "said": said, **solved}
+        rows = {str(row_index): texts["said"][row_index] for row_index in _list_sentence_indices(part["key"])}
+        solution = {"solved": solutions["parts"][index]} if solutions else {}
+        files[f"/{part['kind']}"] = {**part_texts, "said": rows, **solution}
     return files
 
 
-def _list_mistakes(key: Json) -> list[int]:
-    """Return the indices of all sentences on mistakes in an answer's key."""
+def _list_sentence_indices(key: Json) -> list[int]:
+    """Return the indices into "said" of all mistakes in an answer's key."""
     mistakes = [mistake for name in MISTAKE_LIST_NAMES for mistake in key.get(name, ())]
     return sorted({mistake[0] for mistake in mistakes} | set(itertools.chain(*key.get("option_mistakes", ()))))
 
@@ -207,7 +207,7 @@ def _make_latex_element(latex: str, is_displayed: bool) -> str:
 
 
 def _list_symbols(problem: Problem) -> Json:
-    """Return the role, the unit, the LaTeX and, if it is known, the value of each symbol, by its name."""
+    """Map the name of each symbol to its role, its unit, its LaTeX and, if it is known, its value."""
     symbols: Json = {}
     for name, info in problem.symbols.items():
         latex = write_symbol(name, list_prismatic_joints(problem.chain))
@@ -254,13 +254,14 @@ class MistakeSentences:
         self._indices: dict[tuple[str, ...], int] = {}
 
     def shorten_key(self, key: Json) -> Json:
-        """Return a key for the bank, in which each mistake is an index into `rows`."""
+        """Return a key for the bank, in which an index into `rows` replaces the texts of each mistake."""
         if "option_mistakes" in key:
             indices = [list(map(self._add_sentence, mistakes)) for mistakes in key["option_mistakes"]]
             return key | {"option_mistakes": indices}
         return key | {name: list(map(self._shorten_mistake, key[name])) for name in MISTAKE_LIST_NAMES if name in key}
 
     def _shorten_mistake(self, mistake: Json) -> list[Any]:
+        """Return a mistake as the index of its sentence, followed by its fingerprint or its values."""
         return [self._add_sentence(mistake), *next(mistake[name] for name in ("print", "values") if name in mistake)]
 
     def _add_sentence(self, mistake: Json) -> int:

@@ -165,9 +165,7 @@ def _collect_repository(
 def _find_counting_push(
     host: Host, repository: str, branch: str, cutoff: datetime.datetime | None, falls_back_to_last: bool
 ) -> Push:
-    """Return the last push to a branch until `cutoff`.
-
-    If there is none and `falls_back_to_last`, return the last push.
+    """Return the last push to a branch until `cutoff`. If there is none and `falls_back_to_last`, return the last push.
 
     Raises _NothingToGrade if there is no such push, and _GitFailed if the server doesn't list its pushes.
     """
@@ -229,7 +227,7 @@ def _run_git(host: Host, *arguments: str, **environment: str) -> str:
 
 
 ERROR_LINE = re.compile("(remote|error|fatal|ERROR):")
-"""The beginning of the line in which git reports an error."""
+"""Matches the beginning of the line in which git reports an error."""
 
 
 # --- returning feedback ---

@@ -137,4 +137,4 @@ def _grade(assignment: Assignment, info: Any, step: Mark) -> Result:
 
 
 _note_sandbox_weakness_once = cache(note_sandbox_weakness)
-"""Not repeated for every notebook of a class."""
+"""Warns about a weak sandbox only once, not for every notebook of a class."""

@@ -53,8 +53,8 @@ def generate(data: PrairieLearnData, folder: str, slot: str) -> None:
     problem = _find_slot(assignment, slot).generate_from_seed(int(seed))
     figure = draw_figure_svg(problem.chain, f"{folder}-{slot}".replace("/", "-"))
     shown_parts = {part.name: _make_part_data(problem, part, assignment.hints) for part in problem.parts}
-    text = to_html_for_mathjax(write_statement(problem, ""))
-    data["params"].update(seed=seed, engine=ENGINE, statement=text, figure=figure, shown=shown_parts)
+    statement = to_html_for_mathjax(write_statement(problem, ""))
+    data["params"].update(seed=seed, engine=ENGINE, statement=statement, figure=figure, shown=shown_parts)
     choice_parts = [part for part in problem.parts if part.answer.offered_options]
     options = {part.name: _list_options(problem, part) for part in choice_parts}
     solutions = {part.name: _make_solution_data(problem, part) for part in problem.parts}
@@ -97,11 +97,11 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
             data["format_errors"][list_input_names(part)[0]] = verdict.judgement.reason
             continue
         data["partial_scores"].update(_compute_scores(part, verdict, shows_mistakes))
-        outcome, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
+        sentence, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
         if shows_mistakes:
-            outcome = _describe_outcome(problem, verdict)
+            sentence = _describe_outcome(problem, verdict)
             advice = "" if verdict.diagnosis is None else add_chapter_to_reference(verdict.diagnosis.feedback)
-        data["feedback"][part.name] = {"said": outcome, "advice": advice}
+        data["feedback"][part.name] = {"said": sentence, "advice": advice}
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)
 

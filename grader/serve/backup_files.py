@@ -63,14 +63,18 @@ def restore_files(path: Path, folders: list[Path]) -> None:
 
 
 def _find_source(folder: Path, folders: list[Path], contents: Mapping[str, object]) -> str:
-    """Return a backup's assignment for a folder: the only one, or the one with the folder's name or key."""
+    """Return the key of the backup's assignment for a folder: the only one, or the folder's name, or its key.
+
+    Raises QdotError if the backup has no such assignment.
+    """
     if len(folders) == len(contents) == 1:
         return next(iter(contents))
     names = [folder.resolve().name]
     if (folder / ASSIGNMENT_FILE).exists():
         names.append(load_assignment(folder).key)
     if (name := next((name for name in names if name in contents), None)) is None:
-        raise QdotError(f"{folder}: the backup has {list_first(sorted(contents), 5)}; name the folders so")
+        keys = list_first(sorted(contents), 5)
+        raise QdotError(f"{folder}: the backup has {keys}; name each folder after its assignment")
     return name
 
 

@@ -41,7 +41,7 @@ def find_folder_class() -> Classroom:
 def update_folder_class() -> Classroom:
     """Update the people of the folder's class from roster.csv; former students stay, but can't sign in."""
     classroom = find_folder_class()
-    students = {student.id: student for item in load_assignments().values() for student in item.roster}
+    students = {student.id: student for assignment in load_assignments().values() for student in assignment.roster}
     people = {person.student_id: person for person in classroom.people.filter(role=Person.Role.STUDENT)}
     for identifier, student in students.items():
         fields: dict[str, Any] = {"name": student.name, "email": student.email, "is_active": True}

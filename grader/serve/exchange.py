@@ -94,7 +94,7 @@ def export_class(classroom: Classroom, key: str, out: Path) -> None:
         make_folder(path.parent)
         write_atomically(path, content, is_synced=False)
         os.utime(path, (received.timestamp(), received.timestamp()))
-    load_assignment(out)
+    load_assignment(out)  # checks that the folder is complete
 
 
 def make_results_zip(classroom: Classroom, key: str) -> bytes:
@@ -137,6 +137,7 @@ def import_class(classroom: Classroom, key: str, source: Path) -> tuple[int, int
         for student, files in find_submissions(assignment, root).by_student.items():
             for attempt in read_attempts(files, key):
                 content = attempt.file.read_bytes()
+                # the same id whenever this file is imported, so that it is stored once
                 request_id = uuid.uuid5(uuid.NAMESPACE_OID, f"{attempt.sha256}/{attempt.received.isoformat()}")
                 submission, is_new = Submission.objects.get_or_create(
                     person=people[student], request_id=request_id,

@@ -36,8 +36,8 @@ def describe_people(people: list[Person]) -> Iterator[str]:
 
 
 def forget_people(people: list[Person]) -> None:
-    """Remove everything about a student from the database, including the free space of its file."""
-    numbers = {person.pk for person in people}
+    """Remove everything about a student from the database; SQLite also clears the free space in its file."""
+    person_ids = {person.pk for person in people}
     with transaction.atomic():
         for person in people:
             names = [name for name in (person.name, person.student_id) if name]
@@ -48,7 +48,7 @@ def forget_people(people: list[Person]) -> None:
             if user is not None and not Person.objects.filter(lti_user=user).exists():
                 user.delete()
         for session in Session.objects.all():
-            if session.get_decoded().get("person") in numbers:
+            if session.get_decoded().get("person") in person_ids:
                 session.delete()
     caches["pages"].clear()
     if connection.vendor == "sqlite":

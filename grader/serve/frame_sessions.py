@@ -1,7 +1,7 @@
 """Keep a person signed in within a platform's frame if the browser stores no cookies there.
 
-Pages of such a session contain its key. Scripts send it in the header X-Session; links and forms post it in a field. It
-is never in an address. `frame_requests` reads it.
+Pages of such a session contain its key. Scripts send the key in the header X-Session; links and forms post it in a
+field. The key is never in an address. `frame_requests` reads it.
 """
 
 from django.http import HttpRequest

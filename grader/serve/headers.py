@@ -41,8 +41,8 @@ def partition_cookies(application: WSGIApplication) -> WSGIApplication:
 
     def call(environ: dict[str, Any], start_response: StartResponse) -> Iterable[bytes]:
         def start(status: str, headers: list[tuple[str, str]], *error: Any) -> Any:
-            partitioned = [(name, f"{text}; Partitioned" if name == "Set-Cookie" else text) for name, text in headers]
-            return start_response(status, partitioned, *error)
+            new_headers = [(name, f"{text}; Partitioned" if name == "Set-Cookie" else text) for name, text in headers]
+            return start_response(status, new_headers, *error)
 
         return application(environ, start)
 

@@ -282,7 +282,7 @@ def make_problem_records(judge: Judge, request: StudentOfClass) -> list[dict[str
 
 
 def make_solutions(judge: Judge, request: StudentOfClass) -> dict[str, dict[str, str]]:
-    """Return the worked solution of each part, as HTML with LaTeX, and the answer as it would be typed."""
+    """Map each part, as in "p1.jacobian", to its title, its worked solution (HTML with LaTeX), and its typed answer."""
     assignment = judge.load_assignment(request.class_of_assignment)
     return {
         f"{slot}.{part.name}": _write_solution(problem, part)

@@ -206,17 +206,17 @@ def queue_unmarked() -> None:
 
     A submission whose grading has failed several times stays ungraded.
     """
-    moment = timezone.now() - timedelta(seconds=UNMARKED_SECONDS)
-    unmarked = Submission.objects.filter(state=Submission.State.WAITING, received__lt=moment)
+    cutoff = timezone.now() - timedelta(seconds=UNMARKED_SECONDS)
+    unmarked = Submission.objects.filter(state=Submission.State.WAITING, received__lt=cutoff)
     if waiting_ids := set(unmarked.values_list("pk", flat=True)):
         tasks = DBTaskResult.objects.filter(task_path=grade_submission.module_path)
         failures = Counter(row.args_kwargs["args"][0] for row in tasks.failed())
         queued_ids = {row.args_kwargs["args"][0] for row in tasks.exclude(status__in=("FAILED", "SUCCESSFUL"))}
-        for number in sorted(waiting_ids - queued_ids):
-            if failures[number] < MAX_FAILURES:
-                grade_submission.enqueue(number)
+        for submission_id in sorted(waiting_ids - queued_ids):
+            if failures[submission_id] < MAX_FAILURES:
+                grade_submission.enqueue(submission_id)
             else:
-                give_up(grade_submission.module_path, number)
+                give_up(grade_submission.module_path, submission_id)
 
 
 # --- what pages show ---
@@ -244,7 +244,7 @@ _release_lock = threading.Lock()
 def release_if_needed(assignment: Assignment, student: str) -> None:
     """Generate, certify and store a student's problems, unless they are up to date. Raises Refused."""
     with _release_lock:
-        for _ in range(2):
+        for _ in range(2):  # a second time if problems were replaced, because nothing is stored the first time
             result = get_judge_pool().run(release_problems, StudentOfClass(describe_class(assignment), student))
             if result.outcome != "replaced":
                 break
@@ -263,7 +263,8 @@ def _open_sandbox(strict: bool) -> Sandbox:
 
 
 @cache
-def _find_own_judge() -> Judge:
+def _get_own_judge() -> Judge:
+    """Return the judge of this process; the first call loads the assignments."""
     return Judge(find_options().folders)
 
 
@@ -279,7 +280,8 @@ def _read_file(assignment: Assignment, name: str, content: bytes) -> Attempt:
 def read_upload(person: Person, assignment: Assignment, name: str, content: bytes) -> Attempt:
     """Return the notebook in a file that a person submits; only one file is read at a time. Raises TimeoutError."""
     with _wait_for_turn(person.pk):
-        return _read_file(assignment, re.sub(r"[^\w. ()-]", "_", name)[-60:], content)
+        safe_name = re.sub(r"[^\w. ()-]", "_", name)[-60:]  # short enough for every file system
+        return _read_file(assignment, safe_name, content)
 
 
 @task()
@@ -293,14 +295,14 @@ def grade_submission(submission_id: int) -> None:
         _store_marks(submission, marks, shown)
         answered = list_notebook_answers(submission)
         drafts = Draft.objects.filter(person=submission.person, assignment=submission.assignment, part__in=answered)
-        drafts.filter(saved__lt=submission.received).delete()  # the page shows what is in the notebook
-    elif marks_and_page := _mark_typed(submission, lambda work, item: work(_find_own_judge(), item), is_quick=False):
+        drafts.filter(saved__lt=submission.received).delete()  # so that the page shows the notebook's newer answers
+    elif marks_and_page := _mark_typed(submission, lambda work, item: work(_get_own_judge(), item), is_quick=False):
         _store_marks(submission, *marks_and_page)
 
 
 def _grade_file(submission: Submission) -> MarksAndPage:
     """Return the marks of a submitted file, and what is shown of them."""
-    assignment, judge = load_class_assignment(submission.person.classroom, submission.assignment), _find_own_judge()
+    assignment, judge = load_class_assignment(submission.person.classroom, submission.assignment), _get_own_judge()
     student = submission.person.student_id
     grader = Grader(assignment, _open_sandbox(assignment.sandbox == "strict"), judge.find_class_answers(assignment))
     attempt = _read_file(assignment, name_file(assignment, submission), bytes(submission.content or b""))
@@ -321,14 +323,17 @@ def mark_again(submission_id: int) -> None:
     else:
         assignment = load_class_assignment(submission.person.classroom, submission.assignment)
         typed_answers = TypedAnswers(describe_class(assignment), submission.person.student_id, submission.answers, {})
-        if (marked_answers := mark_typed_answers(_find_own_judge(), typed_answers)) is None:
+        if (marked_answers := mark_typed_answers(_get_own_judge(), typed_answers)) is None:
             return
         marks, shown = marked_answers.marks, to_jsonable(marked_answers.shown)
     Submission.objects.filter(pk=submission_id).update(remarked={"marks": to_jsonable(marks), "shown": shown})
 
 
 def give_up(task_path: str, submission_id: int) -> None:
-    """Leave a submission ungraded if the process that graded it was killed several times."""
+    """Leave a submission ungraded, because a task killed its process several times.
+
+    The task is `grade_submission`, which gives the first marks, or `mark_again`.
+    """
     submission = Submission.objects.select_related("person__classroom").filter(pk=submission_id).first()
     if submission is None:
         return
@@ -352,7 +357,7 @@ def run_periodically(work: Callable[[], None], seconds: float) -> threading.Thre
             except Exception as error:
                 report_failed(name, error)
 
-    name = getattr(work, "__name__", "claiming the database")
+    name = getattr(work, "__name__", "claiming the database")  # only that work, a partial, has no name
     thread = threading.Thread(target=loop, daemon=True, name=name)
     thread.start()
     return thread

@@ -37,16 +37,16 @@ from qdot.grader.serve.student_pages import (
     show_page,
 )
 
-SETS, SECONDS, NEW_SETS_PER_MINUTE = 100, 24 * 3600, 10
+SET_COUNT, STATE_SECONDS, NEW_SETS_PER_MINUTE = 100, 24 * 3600, 10
 """How many sets an assignment has, how long answers stay in memory, and how many sets a student may open a minute."""
-SETS_TRIED = 5
+MAX_SETS_TRIED = 5
 """Number of sets after which qdot stops looking for one without the student's own arms."""
 
 
 def find_practice(person: Person, key: str, number: int) -> Work:
     """Return a set of an assignment as the work of a student who has no due date and no limits. Raises Refused."""
     work = find_work(person, key)
-    if not work.assignment.practice or not 1 <= number <= SETS:
+    if not work.assignment.practice or not 1 <= number <= SET_COUNT:
         raise Refused(404, NO_PAGE)
     open_assignment = replace(work.assignment, roster=(), due_date=None, late_rule=None, attempt_policy=AttemptPolicy())
     practice = Work(person, open_assignment, Student(f"practice:{number}"))
@@ -74,12 +74,12 @@ def _has_own_arm(work: Work, practice: Work) -> bool:
 @for_everybody
 def show_practice_page(request: HttpRequest, person: Person, key: str, number: int) -> HttpResponse:
     """Show a set of problems, or redirect to the next set if this one has an arm of the student's own problems."""
-    for step in range(SETS_TRIED):
-        candidate_number = (number + step - 1) % SETS + 1
+    for step in range(MAX_SETS_TRIED):
+        candidate_number = (number + step - 1) % SET_COUNT + 1
         try:
             work = find_practice(person, key, candidate_number)
         except Refused as error:
-            if error.status != 409 or step == SETS_TRIED - 1:
+            if error.status != 409 or step == MAX_SETS_TRIED - 1:
                 raise
         else:
             return HttpResponseRedirect(f"../{candidate_number}/") if step else show_page(request, work)
@@ -96,7 +96,7 @@ def get_practice(request: HttpRequest, person: Person, key: str, number: int) ->
         "person": person.pk, "title": work.assignment.title, "student": {"id": work.student.id, "name": ""},
         "now": timezone.now().isoformat(), "due": None, "late_rule": "", "feedback": work.assignment.feedback,
         "closed": "", "takes_notebooks": False, "submissions": [],
-        "practice": {"next": f"../{number % SETS + 1}/", "home": "../../"},
+        "practice": {"next": f"../{number % SET_COUNT + 1}/", "home": "../../"},
         "problems": load_problem_records(work.student.id, work.assignment, work.student.id, language),
         "answers": state["answers"], "drafts": state["drafts"], **_describe_state(work, state),
     })  # fmt: skip
@@ -111,7 +111,7 @@ def _load_state(work: Work) -> dict[str, Any]:
 
 def _store_state(work: Work, state: dict[str, Any]) -> None:
     state["set"] = work.student.id, work.assignment.notebook_digest
-    cache.set(f"practising-{work.person.pk}-{work.assignment.key}", state, SECONDS)
+    cache.set(f"practising-{work.person.pk}-{work.assignment.key}", state, STATE_SECONDS)
 
 
 def _describe_state(work: Work, state: dict[str, Any]) -> dict[str, Any]:

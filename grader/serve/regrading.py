@@ -24,7 +24,7 @@ PRIORITY = -10
 
 
 class Regrading(NamedTuple):
-    """The state: how many submissions are being marked again, and the changed marks, which the token identifies."""
+    """How many submissions are still to be marked again, or else the changed marks, which the token identifies."""
 
     waiting: int
     changes: list[dict[str, Any]]
@@ -32,17 +32,17 @@ class Regrading(NamedTuple):
 
 
 def find_outdated(assignment: Assignment, classroom: Classroom) -> list[int]:
-    """Return the submissions that count but were marked incompletely, or with other settings or another version."""
-    outdated = list[int]()
+    """Return the ids of submissions that count but were marked incompletely, or with other settings or versions."""
+    outdated_ids = list[int]()
     for student, submissions in load_submissions(assignment, classroom).items():
-        _, counting = select_marked(assignment, submissions)
+        _, counting_ids = select_marked(assignment, submissions)
         versions = make_marking_versions(assignment, student)
-        for number, marks in load_marks(counting).items():
+        for submission_id, marks in load_marks(counting_ids).items():
             parts = [part for problem in marks.problems for part in problem.parts]
             has_failed = any(part.points is None and part.reason != AWAITS_PERSON for part in parts)
             if marks.made_from != versions or has_failed:
-                outdated.append(number)
-    return outdated
+                outdated_ids.append(submission_id)
+    return outdated_ids
 
 
 def count_outdated(assignment: Assignment, results: Sequence[Result]) -> int:
@@ -58,9 +58,9 @@ def continue_regrading(assignment: Assignment, classroom: Classroom) -> Regradin
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key, remarked__isnull=False)
     if not rows.exists():
         with transaction.atomic():
-            for number in find_outdated(assignment, classroom):
-                Submission.objects.filter(pk=number).update(remarked={})
-                mark_again.using(priority=PRIORITY).enqueue(number)
+            for submission_id in find_outdated(assignment, classroom):
+                Submission.objects.filter(pk=submission_id).update(remarked={})
+                mark_again.using(priority=PRIORITY).enqueue(submission_id)
     waiting = rows.filter(remarked={}).count()
     if waiting:
         return Regrading(waiting, [], "")
@@ -88,8 +88,8 @@ def _read_points(text: str) -> float | None:
 def accept_regrading(assignment: Assignment, classroom: Classroom, token: str) -> int:
     """Make the new marks count; return the number of submissions. Raises Refused if they aren't those of the token."""
     with transaction.atomic():
-        state = continue_regrading(assignment, classroom)
-        if state.waiting or state.token != token:
+        regrading = continue_regrading(assignment, classroom)
+        if regrading.waiting or regrading.token != token:
             raise Refused(409, "The marks have changed in the meantime. Look at the changes again.")
         rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key)
         rows = rows.filter(remarked__isnull=False).select_related("person__classroom")

@@ -37,12 +37,12 @@ def select_attempts(assignment: Assignment, submissions: Sequence[Submission]) -
     if not submissions:
         return [], set()
     times, policy = [submission.received for submission in submissions], assignment.attempt_policy
-    counting = policy.select_counting_indices(times)
-    counting_times = {times[i] for i in counting}
+    counting_indices = policy.select_counting_indices(times)
+    counting_times = {times[i] for i in counting_indices}
     attempts = policy.group_attempts(times) if policy.best_of is not None else []
-    first = {attempt[0] for attempt in attempts if times[attempt[0]] not in counting_times}
-    indices = sorted({*first, *counting}, reverse=True)
-    return [submissions[i] for i in indices], {submissions[i].pk for i in counting}
+    first_indices = {attempt[0] for attempt in attempts if times[attempt[0]] not in counting_times}
+    indices = sorted({*first_indices, *counting_indices}, reverse=True)
+    return [submissions[i] for i in indices], {submissions[i].pk for i in counting_indices}
 
 
 def select_marked(assignment: Assignment, submissions: Sequence[Submission]) -> tuple[list[Submission], set[int]]:
@@ -50,9 +50,9 @@ def select_marked(assignment: Assignment, submissions: Sequence[Submission]) -> 
     return select_attempts(assignment, [row for row in submissions if row.state == Submission.State.MARKED])
 
 
-def load_marks(numbers: Iterable[int], uses_new_marks: bool = False) -> dict[int, NotebookMarks]:
-    """Return the marks of submissions. If `uses_new_marks`, the marks of a second marking replace the first ones."""
-    rows = Submission.objects.filter(pk__in=list(numbers)).values_list("pk", "marks", "remarked")
+def load_marks(submission_ids: Iterable[int], uses_new_marks: bool = False) -> dict[int, NotebookMarks]:
+    """Map the ids of marked submissions to the marks, or, if `uses_new_marks`, to the marks of a second marking."""
+    rows = Submission.objects.filter(pk__in=list(submission_ids)).values_list("pk", "marks", "remarked")
     all_marks = {pk: new_marks["marks"] if uses_new_marks and new_marks else marks for pk, marks, new_marks in rows}
     return {pk: parse_dataclass(NotebookMarks, json.dumps(marks)) for pk, marks in all_marks.items() if marks}
 
@@ -87,7 +87,7 @@ def _compute_results(
 ) -> list[Result]:  # fmt: skip
     """Return the results of students, given the submissions of each."""
     selections = {student: select_marked(assignment, submissions.get(student.id, ())) for student in students}
-    all_marks = load_marks({pk for _, counting in selections.values() for pk in counting}, uses_new_marks)
+    all_marks = load_marks({pk for _, counting_ids in selections.values() for pk in counting_ids}, uses_new_marks)
     results = list[Result]()
     for student, (attempts, _) in selections.items():
         notebooks = [

@@ -36,7 +36,10 @@ THREADS, MAX_CONNECTIONS, IDLE_SECONDS = 32, 800, 30
 """Numbers of requests answered at the same time and of open connections, and how long a connection may be idle.
 
 A browser keeps several connections open; at the maximum, nobody else gets in."""
-SECONDS_BETWEEN_CHECKS, MAX_REQUEST_BYTES = 2.0, 25_000_000
+SECONDS_BETWEEN_CHECKS = 2.0
+"""Number of seconds between two checks of the claim, of the queue process, and for unmarked submissions."""
+MAX_REQUEST_BYTES = 25_000_000
+"""Maximum size of a request, which is more than that of a notebook (`submitting`)."""
 CLAIM_FILE, CLAIM_NUMBER = "service.lock", 0x71646F74
 """What a running service locks: a file beside the database, or a number in PostgreSQL."""
 ALREADY_SERVED = "another `qdot serve` is using this database; stop it first (Ctrl-C, or `systemctl stop qdot`)"

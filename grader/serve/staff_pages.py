@@ -79,13 +79,13 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
     """Return the results of a class as its page reads them."""
     people = {person.student_id: person for person in classroom.people.all()}
     rows = Submission.objects.filter(person__classroom=classroom, assignment=assignment.key).values("person_id")
-    times = rows.annotate(begun=Min("received"), last=Max("received"))
-    spans = {row["person_id"]: (row["begun"], row["last"]) for row in times}
-    due_dates = {s.id: assignment.due_date_of(s) for s in assignment.roster if s.due_date is not None}
+    rows = rows.annotate(begun=Min("received"), last=Max("received"))
+    spans = {row["person_id"]: (row["begun"], row["last"]) for row in rows}
+    own_due_dates = {s.id: assignment.due_date_of(s) for s in assignment.roster if s.due_date is not None}
     students, to_mark = list[dict[str, Any]](), list[dict[str, Any]]()
     for result in results:
         person = people[result.student]
-        (begun, last), due = spans.get(person.pk, (None, None)), due_dates.get(person.student_id)
+        (begun, last), due = spans.get(person.pk, (None, None)), own_due_dates.get(person.student_id)
         students.append({
             "id": person.pk, "student_id": person.student_id, "name": person.name, "is_late": result.late is not None,
             "begun": _format_time(begun), "last": _format_time(last), "due": _format_time(due),
@@ -98,25 +98,25 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
             for name, part in result.parts.items()
             if part.points is None and part.reason == AWAITS_PERSON
         ]
-    by_student = {result.student: result for result in results}
+    result_by_student = {result.student: result for result in results}
     groups = [
         {
             "group": group.key, "part": group.part, "count": group.count, "mistake": group.mistake,
-            "outcome": by_student[group.typical_student].parts[group.part].outcome,
+            "outcome": result_by_student[group.typical_student].parts[group.part].outcome,
             "points": group.override.points if group.override else group.points_range[1],
-            "answer": by_student[group.typical_student].parts[group.part].answer,
+            "answer": result_by_student[group.typical_student].parts[group.part].answer,
             "students": [people[student].pk for student in group.students],
         }
         for group in group_wrong_answers(results)
     ]  # fmt: skip
     actions = StaffAction.objects.filter(classroom=classroom).select_related("person").order_by("-pk")
-    max_points = map_max_points(assignment)
-    texts = {f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions}
+    max_points, titles = map_max_points(assignment), assignment.titles_by_part
+    text_parts = {f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions}
     return {
         "title": assignment.title, "due": _format_time(assignment.due_date),
         "max_score": sum_points(max_points.values()), "file_error": find_file_error(assignment.key),
         "parts": [
-            {"name": name, "title": find_title(assignment, name), "max_points": points, "is_text": name in texts}
+            {"name": name, "title": titles[name], "max_points": points, "is_text": name in text_parts}
             for name, points in max_points.items()
         ],
         "students": students, "groups": groups, "to_mark": to_mark,
@@ -129,13 +129,6 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
             for action in actions[:MAX_ACTIONS_SHOWN]
         ],
     }  # fmt: skip
-
-
-def find_title(assignment: Assignment, name: str) -> str:
-    """Return the title of a part of the assignment with a name such as "p1.jacobian"."""
-    slot_name, _, question = name.partition(".")
-    (slot,) = (slot for slot in assignment.slots if slot.name == slot_name)
-    return slot.find_question(question).title
 
 
 def _describe_mark(part: PartResult) -> dict[str, Any]:
@@ -153,10 +146,10 @@ def _name_person(person: Person | None) -> str:
     return "" if person is None else person.name or person.student_id
 
 
-def find_student_of(person: Person, number: object) -> Person:
+def find_student_of(staff_member: Person, number: object) -> Person:
     """Return a student of the class of a member of staff. Raises Refused."""
     if isinstance(number, int):
-        student = person.classroom.people.filter(pk=number, role=Person.Role.STUDENT).first()
+        student = staff_member.classroom.people.filter(pk=number, role=Person.Role.STUDENT).first()
         if student is not None:
             return student
     raise Refused(404, "Your class has no such student.")
@@ -202,7 +195,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
     affected = [student] if student is not None else _find_people_of_group(person.classroom, assignment, group)
     if not affected:
         raise Refused(404, "There is no such group of equal answers.")
-    target = find_title(assignment, part) if part else "the total"
+    target = assignment.titles_by_part[part] if part else "the total"
     subject = f"the group {group}" if student is None else f"{target} of {_name_person(student)}"
     with transaction.atomic():
         rows = PointsOverride.objects.filter(
@@ -220,7 +213,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
             changes = [] if rounded_points is None else [f"{format_points(rounded_points)} points"]
             change = ", ".join([*changes, *([f"comment “{comment}”"] if comment else [])])
         else:
-            change = "no points by hand any more"
+            change = "points and comment removed"
         record_action(person, f"{subject}: {change}")
         for affected_student in affected:
             update_scores(affected_student, key)

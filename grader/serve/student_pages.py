@@ -59,17 +59,17 @@ class Work(NamedTuple):
 
 
 def find_work(person: Person, key: str) -> Work:
-    """Return the work of the person who is signed in. Raises Refused."""
+    """Return a person's work on an assignment. Raises Refused, also if it is requested too often."""
     check_rate("read", person.pk, READS_PER_MINUTE)
     assignment = load_class_assignment(person.classroom, key)
-    if person.role == Person.Role.STAFF:  # staff see the page of a sample student, whose problems nobody has
+    if person.role == Person.Role.STAFF:  # staff see the page of an invented student, with problems of their own
         student = Student(person.student_id, person.name or person.student_id)
         return Work(person, assignment, student)
     return Work(person, assignment, find_student(assignment, person))
 
 
 def read_json(request: HttpRequest) -> dict[str, Any]:
-    """Return the object in the body of a request. Raises BadRequest."""
+    """Return the object in the body of a request. Raises BadRequest, or Refused if it is too large."""
     if len(request.body) > MAX_JSON_BYTES:
         raise Refused(413, TOO_LARGE)
     try:
@@ -141,15 +141,15 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     result = compute_result(assignment, student, submissions, overrides)
     received, now, due_date = [s.received for s in submissions], timezone.now(), assignment.due_date_of(student)
     rule = assignment.late_rule
-    late_rule = ""
+    late_sentence = ""
     if rule is not None and rule.per_day:
-        late_rule = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each started day"
-        late_rule += f", after a grace period of {describe_duration(rule.grace)}." if rule.grace else "."
+        late_sentence = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each started day"
+        late_sentence += f", after a grace period of {describe_duration(rule.grace)}." if rule.grace else "."
     drafts = Draft.objects.filter(person=person, assignment=assignment.key)
     return {
         "person": person.pk, "title": assignment.title, "student": {"id": student.id, "name": student.name},
         "now": now.isoformat(), "due": due_date and due_date.isoformat(),
-        "late_rule": late_rule, "feedback": assignment.feedback,
+        "late_rule": late_sentence, "feedback": assignment.feedback,
         "takes_notebooks": assignment.attempt_policy.tries is None,
         "practice": {"next": "practice/1/", "home": ""} if assignment.practice else None,
         "closed": explain_closed(assignment, student, received, now.replace(microsecond=0)),
@@ -190,7 +190,7 @@ EMPTY_EXPLANATION: dict[str, Any] = {
 
 
 def describe_part(part: Any, shown: dict[str, Any] | None, tries_left: int | None = None) -> dict[str, Any]:
-    """Return the marks of a part with an explanation; `shown` is a `ShownPart`."""
+    """Return the marks of a part with an explanation; `shown` is a `ShownPart` as JSON."""
     return {
         "tries_left": tries_left, "outcome": part.outcome, "points": part.points, "max_points": part.max_points,
         "comment": part.override.comment if part.override else "", **(shown or EMPTY_EXPLANATION),

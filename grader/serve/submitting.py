@@ -62,7 +62,7 @@ def explain_closed(assignment: Assignment, student: Student, received: list[date
         extension = due_date - add_time_zone(assignment.due_date)
         if now > rule.until + extension:
             return "The time for submitting is over."
-    if policy.best_of is not None and now not in received:
+    if policy.best_of is not None and now not in received:  # in the same second, it would be the same attempt
         times = [*received, now]
         if len(times) - 1 not in {i for attempt in policy.group_attempts(times) for i in attempt}:
             return f"You have used {count_noun(policy.best_of, 'attempt')}; no further attempt counts."
@@ -116,7 +116,7 @@ def submit_answer(
     `answers` has only the part that is submitted.
     """
     with transaction.atomic():
-        Person.objects.select_for_update().get(pk=person.pk)  # one submission after the other
+        Person.objects.select_for_update().get(pk=person.pk)  # a lock: one submission after the other
         if (stored_submission := person.submissions.filter(request_id=request_id).first()) is not None:
             return stored_submission, False
         earlier_submissions = list_submissions(person, assignment.key)

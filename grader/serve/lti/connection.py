@@ -23,6 +23,8 @@ TIMEOUT = 10
 KEY_PUBLICATION = datetime.timedelta(days=1)
 KEY_LIFETIME = datetime.timedelta(days=180)
 KEY_OVERLAP = datetime.timedelta(days=14)
+"""How long a key is published before it signs, how old the newest key may be, and how long a key that was replaced
+stays published."""
 TOKEN_LIFETIME = datetime.timedelta(minutes=20)
 """How long an access token of a platform is reused; platforms issue tokens for an hour."""
 PLATFORM_ERRORS = (LtiException, QdotError, requests.RequestException, LookupError, TypeError, ValueError)
@@ -76,10 +78,11 @@ class Connections:
 
     def open(self, platform: LtiRegistration, now: datetime.datetime) -> ServiceConnector:
         """Return the connection to a platform."""
-        opened = self._connectors.get(platform.pk)
-        if opened is None or now - opened[0] > TOKEN_LIFETIME:
-            opened = self._connectors[platform.pk] = now, make_connector(platform, now)
-        return opened[1]
+        opening_time, connector = self._connectors.get(platform.pk, (None, None))
+        if connector is None or opening_time is None or now - opening_time > TOKEN_LIFETIME:
+            connector = make_connector(platform, now)
+            self._connectors[platform.pk] = now, connector
+        return connector
 
     def close(self, platform: LtiRegistration) -> None:
         """Forget the platform's access tokens."""
@@ -93,7 +96,7 @@ def read_pages(connector: ServiceConnector, scope: str, url: str, media_type: st
     changes addresses to lower case.
     """
     server, next_url = urlsplit(url)[:2], url
-    for _ in range(1000):
+    for _ in range(1000):  # no class has so many pages
         response = connector.make_service_request([scope], next_url, accept=media_type, case_insensitive_headers=True)
         yield response["body"]
         links = parse_header_links(response["headers"].get("Link", ""))

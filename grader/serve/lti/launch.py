@@ -216,7 +216,10 @@ def login(request: HttpRequest, uuid: UUID) -> HttpResponse:
 def _send_page(
     request: HttpRequest, state: str, *, url: str = "", tab: str = "", proof: str = "", id_token: str = ""
 ) -> HttpResponse:
-    """Return the page that puts a proof into the platform's storage if necessary, or the page that reads it there."""
+    """Return the page that puts a proof into the platform's storage if necessary, before the browser goes to `url`.
+
+    If there is an `id_token`, the signed message, return the page that reads the proof and sends both to qdot.
+    """
     platform_id, *frames = read_state(state)
     platform = get_object_or_404(LtiRegistration.objects.active(), pk=platform_id).auth_url
     values = {"state": state, "url": url, "tab": tab, "proof": proof, "id_token": id_token, "frame": "".join(frames)}

@@ -31,11 +31,12 @@ FIRST_WAIT = datetime.timedelta(seconds=10)
 LONGEST_WAIT = datetime.timedelta(hours=6)
 MAX_REFUSALS = 11
 """Number of tries, within about three hours, after which a score that the platform refuses is left to the staff."""
-CLAIM = datetime.timedelta(minutes=2)
+CLAIM_DURATION = datetime.timedelta(minutes=2)
 """How long other processes must not send a score that a process has begun to send."""
 LIST_INTERVAL = datetime.timedelta(days=1)
 LIST_RETRY = datetime.timedelta(hours=1)
 _UNREACHABLE = "can't be reached"
+"""The beginning of `last_error` if the platform is to blame; all of its scores then wait for the next success."""
 
 
 @dataclass(frozen=True)
@@ -106,20 +107,20 @@ def send_scores(connections: Connections, now: datetime.datetime) -> None:
         if platform.pk in unreachable_platforms:
             continue
         unchanged = ScoreDelivery.objects.filter(pk=delivery.pk, timestamp=delivery.timestamp)
-        if not unchanged.filter(next_try=delivery.next_try).update(next_try=timezone.now() + CLAIM):
+        if not unchanged.filter(next_try=delivery.next_try).update(next_try=timezone.now() + CLAIM_DURATION):
             continue  # another process sends it, or the score has changed
-        all_of_platform = ScoreDelivery.objects.filter(line_item__context__deployment__registration=platform)
+        platform_deliveries = ScoreDelivery.objects.filter(line_item__context__deployment__registration=platform)
         try:
             _send(delivery, connections, platform, now)
         except PLATFORM_ERRORS as error:
-            is_refusal = not _is_unreachable(error, platform)
-            if not is_refusal:
+            affected, gives_up = unchanged, delivery.tries + 1 >= MAX_REFUSALS
+            if _is_unreachable(error, platform):
                 unreachable_platforms.add(platform.pk)
-                unchanged = unchanged | all_of_platform.filter(next_try__lte=now)
-            _postpone(unchanged, delivery.tries, error, now, gives_up=is_refusal and delivery.tries + 1 >= MAX_REFUSALS)
+                affected, gives_up = unchanged | platform_deliveries.filter(next_try__lte=now), False
+            _postpone(affected, delivery.tries, error, now, gives_up=gives_up)
         else:
             unchanged.update(next_try=None, sent=timezone.now(), tries=0, last_error="")
-            all_of_platform.filter(last_error__startswith=_UNREACHABLE).update(next_try=now, last_error="")
+            platform_deliveries.filter(last_error__startswith=_UNREACHABLE).update(next_try=now, last_error="")
 
 
 def _is_unreachable(error: Exception, platform: LtiRegistration) -> bool:
@@ -170,8 +171,8 @@ def _postpone(
     values = {"next_try": None if gives_up else now + wait, "tries": F("tries") + 1, "last_error": last_error}
     if response is not None and response.status_code == 409:
         values["timestamp"] = now + wait
-    number = deliveries.update(**values)
-    logger.warning("%d scores have not arrived; the platform %s", number, last_error)
+    count = deliveries.update(**values)
+    logger.warning("%d scores have not arrived; the platform %s", count, last_error)
 
 
 def find_refused(classroom: Classroom, key: str) -> QuerySet[ScoreDelivery]:

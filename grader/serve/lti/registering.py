@@ -136,7 +136,9 @@ def _check_server(name: str, address: str, registration: LtiRegistration) -> str
     Raises QdotError for other servers; otherwise, anyone with the address of a registration could make qdot send
     requests to hosts behind a firewall.
     """
-    shared_urls = (url for item in PLATFORMS.values() for url in (item.issuer, item.auth_url, item.token_url))
+    shared_urls = (
+        url for platform in PLATFORMS.values() for url in (platform.issuer, platform.auth_url, platform.token_url)
+    )
     servers = {urlsplit(url).netloc for url in (registration.name, *shared_urls) if "{" not in url}
     if urlsplit(_check_address(name, address)).netloc not in servers:
         raise QdotError(f"{name} {address!r}: expected an address that begins with {registration.name}")
@@ -146,8 +148,8 @@ def _check_server(name: str, address: str, registration: LtiRegistration) -> str
 @require_GET
 def register_dynamically(request: HttpRequest, uuid: UUID) -> HttpResponse:
     """Register the platform in which an administrator entered the registration address (LTI Dynamic Registration)."""
-    begun = LtiRegistration.objects.filter(issuer="", datetime_created__gt=timezone.now() - LIFETIME)
-    registration = get_object_or_404(begun, uuid=uuid)
+    begun_registrations = LtiRegistration.objects.filter(issuer="", datetime_created__gt=timezone.now() - LIFETIME)
+    registration = get_object_or_404(begun_registrations, uuid=uuid)
     session = PlatformSession()
     try:
         address = _check_server("openid_configuration", request.GET.get("openid_configuration", ""), registration)

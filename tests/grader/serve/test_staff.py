@@ -48,7 +48,7 @@ def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Ser
         staff.send("POST", "/a/hw/class/overrides", {"group": group["group"], "points": None, "comment": ""})
     assert not PointsOverride.objects.exists()
     summaries = [action["summary"] for action in staff.get("/a/hw/class/results").json()["actions"]]
-    decisions = ["no points by hand any more", "0.75 points, comment “a metre too much”"]
+    decisions = ["points and comment removed", "0.75 points, comment “a metre too much”"]
     assert [summary.partition(": ")[2] for summary in summaries] == decisions
 
 
@@ -169,7 +169,7 @@ def test_files_are_restored_into_any_folder_but_not_beside_another_secret(servic
     with pytest.raises(QdotError, match=r"the secret, key or problems in .*other differ"):
         restore_files(path, [new, other][1:])
     assert before == {file.name: file.read_bytes() for file in other.iterdir() if file.is_file()}
-    with pytest.raises(QdotError, match="the backup has hw; name the folders so"):
+    with pytest.raises(QdotError, match="the backup has hw; name each folder after its assignment"):
         restore_files(path, [tmp_path / "a", tmp_path / "b"])
     assert not (tmp_path / "a").exists()
 
