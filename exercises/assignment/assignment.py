@@ -104,7 +104,7 @@ class ProblemEntry(pydantic.BaseModel):
     """Change the rules for partial credit."""
 
 
-FEEDBACK = ("outcome", "mistake", "counterexample", "values", "solutions")
+FEEDBACK_LEVELS = ("outcome", "mistake", "counterexample", "values", "solutions")
 """Levels of feedback on a wrong answer, from least to most."""
 
 
@@ -177,11 +177,12 @@ class Student:
 class Slot:
     """A slot of the assignment, in which every student has a problem of the same family with the same questions.
 
-    `band` is the minimum and maximum level of difficulty. `robot_digest` is a hash of the instructor's robot file, or
-    "" for a family. `variation` is how much the arms differ from the chapter's arm. `convention` describes the arms,
-    and `twist_order` is the order of the two halves of a twist. `decimals` has the tolerance of each question that
-    accepts rounded decimals. `credit` has the rules for partial credit that the assignment sets for single questions.
-    `definitions` define the instructor's own questions that the slot asks.
+    `points` is None if the questions have their default points. `band` is the minimum and maximum level of difficulty.
+    `robot_digest` is a hash of the instructor's robot file, or "" for a family. `variation` is how much the arms differ
+    from the chapter's arm. `convention` describes the arms, and `twist_order` is the order of a twist's two halves.
+    `decimals` has the tolerance of each question that accepts rounded decimals. `credit` has the rules for partial
+    credit that the assignment sets for single questions. `definitions` define the instructor's own questions that the
+    slot asks.
     """
 
     name: str
@@ -665,9 +666,9 @@ def _read_slot(
             "twist_order", _choose_twist_order, entry.twist_order, content.twist_order, family, convention
         )
     with errors.collect():
-        if band is not None:
+        if band is not None:  # without questions, this checks only that the family has arms of this difficulty
             parse("difficulty", generation.check_questions, family, (), band, variation, convention)
-    questions_key = "family" if entry.questions is None else "questions"
+    questions_key = "family" if entry.questions is None else "questions"  # for errors: the key with the questions
     with errors.collect():
         questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
     errors.raise_all()
@@ -726,10 +727,10 @@ def check_definition_on_family(
     identity = ProblemId(family.name, 0, (definition.name,), variation=variation, convention=convention)
     problem = generation.generate(identity, family=family, definitions=(definition,))
     evaluator = DefinitionEvaluator(definition)
-    if (number_objection := evaluator.find_objection_to_numbers(problem.chain)) is not None:
-        raise QdotError(f"{number_objection} (for an arm of {family.name})")
-    if (unit_objection := evaluator.find_wrong_unit(problem.chain)) is not None:
-        raise QdotError(f"unit: for {family.name}, {unit_objection}")
+    if (number_error := evaluator.find_objection_to_numbers(problem.chain)) is not None:
+        raise QdotError(f"{number_error} (for an arm of {family.name})")
+    if (unit_error := evaluator.find_wrong_unit(problem.chain)) is not None:
+        raise QdotError(f"unit: for {family.name}, {unit_error}")
     for texts in definition.texts:
         wording = Wording(problem.chain, load_catalogue(texts.language))
         for key, text in texts.list_texts():

@@ -160,7 +160,7 @@ class StudentProblems(Generic[Record]):
     failed_slots: tuple[FailedSlot, ...] = ()
 
     def find_new_replacements(self, assignment: Assignment) -> dict[str, Replacement]:
-        """Return the replaced problems by slot, except those that redrawn.csv lists already."""
+        """Map each slot to its replaced problem, except for problems that redrawn.csv lists already."""
         return {
             slot.name: Replacement(slot.family.name, certified_problem.seed_number, certified_problem.first_failure)
             for slot in assignment.slots

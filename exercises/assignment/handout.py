@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
-from qdot.exercises.assignment.release import is_released, notebook_path
+from qdot.exercises.assignment.release import is_released, make_notebook_path
 from qdot.exercises.common.errors import QdotError, list_first
 from qdot.exercises.common.files import make_zip, write_atomically
 from qdot.exercises.common.input_file import BYTE_ORDER_MARK, format_csv, parse_csv_rows, read_table_text
@@ -46,7 +46,7 @@ class Handout:
 
 def make_index_csv(assignment: Assignment) -> str:
     """Return the table of the released notebooks: student, name, e-mail address and file."""
-    recipients = [student for student in assignment.roster if notebook_path(assignment, student.id).exists()]
+    recipients = [student for student in assignment.roster if make_notebook_path(assignment, student.id).exists()]
     rows = [[s.id, s.name, s.email, f"{s.id}/{assignment.key}.ipynb"] for s in recipients]
     return format_csv([["student", "name", "email", "file"], *rows])
 
@@ -71,7 +71,7 @@ def read_notebooks(assignment: Assignment) -> dict[str, bytes]:
     if outdated:
         names = list_first(outdated, MAX_STUDENTS_LISTED)
         raise QdotError(f"no current notebook in released/ for {names}; run: qdot generate {assignment.folder}")
-    return {student.id: notebook_path(assignment, student.id).read_bytes() for student in assignment.roster}
+    return {student.id: make_notebook_path(assignment, student.id).read_bytes() for student in assignment.roster}
 
 
 def write_folders(assignment: Assignment, out: Path) -> Handout:

@@ -18,7 +18,7 @@ from qdot.exercises.assignment.certified_problems import (
 )
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE, Replacement
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, ProblemSet
-from qdot.exercises.assignment.store import store_path, store_problems
+from qdot.exercises.assignment.store import make_store_path, store_problems
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import clean_up_after, make_folder, sync_disks_after, write_atomically
 from qdot.exercises.common.parallel import map_in_order, return_state
@@ -122,12 +122,12 @@ def _find_student_folder(assignment: Assignment, kind: str, student: str) -> Pat
     return assignment.folder / ONLINE_FOLDER / kind / re.sub(r'[/\\:*?"<>|]', "-", student)
 
 
-def certificate_path(assignment: Assignment, student: str) -> Path:
+def make_certificate_path(assignment: Assignment, student: str) -> Path:
     """Return the path of the certificate of a student's problems."""
     return _find_student_folder(assignment, "certificates", student) / f"{assignment.key}.json"
 
 
-def notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
+def make_notebook_path(assignment: Assignment, student: str, kind: str = "released") -> Path:
     """Return the path of a student's notebook: the student's own ("released"), or the staff's ("solutions")."""
     return _find_student_folder(assignment, kind, student) / f"{assignment.key}.ipynb"
 
@@ -163,7 +163,7 @@ def release_notebooks_of_student(context: ReleaseContext, student: str) -> Relea
 
 def _write_files(assignment: Assignment, student: str, notebooks: "Sequence[NotebookNode]", certificate: str) -> str:
     """Write the certificate and the notebooks, and return the outcome (see `ReleaseResult`)."""
-    released_path, solution_path = (notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
+    released_path, solution_path = (make_notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(write_notebook, notebooks)
     existing_text = read_if_present(released_path)
     # An outdated solution beside an up-to-date released notebook means that an earlier run rewrote the released
@@ -173,7 +173,7 @@ def _write_files(assignment: Assignment, student: str, notebooks: "Sequence[Note
         outcome = "rewritten"
     else:
         outcome = "written" if existing_text is None and not solution_path.exists() else "completed"
-    write_atomically(certificate_path(assignment, student), certificate, mode=0o600, is_synced=False)
+    write_atomically(make_certificate_path(assignment, student), certificate, mode=0o600, is_synced=False)
     if existing_text != new_text:
         write_atomically(released_path, new_text, is_synced=False)
     write_atomically(solution_path, solution, mode=0o600, is_synced=False)
@@ -219,14 +219,14 @@ def make_notebook(
 
 def is_up_to_date(assignment: Assignment, student: str) -> bool:
     """Return whether a student's notebooks and certificate all exist and belong to the current assignment."""
-    notebooks = [notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS]
-    paths = [*notebooks, certificate_path(assignment, student)]
+    notebooks = [make_notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS]
+    paths = [*notebooks, make_certificate_path(assignment, student)]
     return all(_read_notebook_digest(path) == assignment.notebook_digest_of(student) for path in paths)
 
 
 def is_released(assignment: Assignment, student: str) -> bool:
     """Return whether a student's notebook in released/ exists and belongs to the current assignment."""
-    return _read_notebook_digest(notebook_path(assignment, student)) == assignment.notebook_digest_of(student)
+    return _read_notebook_digest(make_notebook_path(assignment, student)) == assignment.notebook_digest_of(student)
 
 
 def read_if_present(path: Path) -> str | None:
@@ -256,9 +256,9 @@ def release_notebooks(
     files are removed.
     """
     students = [student.id for student in assignment.roster]
-    paths = [notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
-    paths += [certificate_path(assignment, student) for student in students]
-    paths += [store_path(assignment.folder, student) for student in students]
+    paths = [make_notebook_path(assignment, student, kind) for student in students for kind in NOTEBOOK_FOLDERS]
+    paths += [make_certificate_path(assignment, student) for student in students]
+    paths += [make_store_path(assignment.folder, student) for student in students]
     with clean_up_after([*paths, assignment.folder / REPLACEMENTS_FILE]), sync_disks_after():
         while students:
             waiting_students: list[str] = []

@@ -69,7 +69,7 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), level=1)
     text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
-        write_atomically(store_path(assignment.folder, student), text, mode=0o600, is_synced=False)
+        write_atomically(make_store_path(assignment.folder, student), text, mode=0o600, is_synced=False)
     except QdotError:
         return
 
@@ -108,7 +108,8 @@ def _pickle_content(content: object) -> bytes:
 def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems:
     """Return a student's stored problems; generate them if they are missing, outdated or damaged."""
     try:
-        signature, encoded_payload = store_path(assignment.folder, student).read_text(encoding="ascii").split("\n")[:2]
+        text = make_store_path(assignment.folder, student).read_text(encoding="ascii")
+        signature, encoded_payload = text.split("\n")[:2]
         payload = base64.b64decode(encoded_payload, validate=True)
         if hmac.compare_digest(signature, _compute_signature(assignment, student, payload)):
             problems, pieces, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
@@ -122,7 +123,7 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
     return StoredProblems(assignment.generate_problems(student))
 
 
-def store_path(folder: Path, student: str) -> Path:
+def make_store_path(folder: Path, student: str) -> Path:
     """Return the path of a student's stored problems in an assignment's folder."""
     return folder / STORE_FOLDER / "problems" / hashlib.sha256(student.encode()).hexdigest()[:24]
 

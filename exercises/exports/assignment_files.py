@@ -19,17 +19,17 @@ _TOML_TOKEN = re.compile(
 
 
 def read_assignment_files(assignment: Assignment) -> dict[str, bytes]:
-    """Return the files that grading needs, except the secret, by their paths in the export."""
+    """Map the path in the export of each file that grading needs, except the secret, to its content."""
     names = ["roster.csv", REPLACEMENTS_FILE, "overrides.csv"]
     tables = {name: path.read_bytes() for name in names if (path := assignment.folder / name).exists()}
     return read_problem_files(assignment) | tables
 
 
 def read_problem_files(assignment: Assignment) -> dict[str, bytes]:
-    """Return assignment.toml and the files that it names, by their paths in the export.
+    """Map the path in the export of assignment.toml, and of each file that it names, to the file's content.
 
-    These are robots, files of questions, and the logo. Robots of the library are not included, because qdot contains
-    them. A file outside the assignment folder is copied, and the exported assignment.toml names the copy.
+    The named files are robots, files of questions, and the logo. Robots of the library are not included, because qdot
+    contains them. A file outside the assignment folder is copied, and the exported assignment.toml names the copy.
     """
     folder = assignment.folder
     path = folder / ASSIGNMENT_FILE
@@ -57,7 +57,10 @@ def _is_outside(name: str) -> bool:
 
 
 def _choose_paths(names: list[str]) -> dict[str, str]:
-    """Return the path of each file in the export; only folders change, because an arm is named after its file."""
+    """Map each file name in assignment.toml to the path in the export.
+
+    Only folders change, because an arm is named after its file.
+    """
     paths = {name: PurePath(name).as_posix() for name in names if not _is_outside(name)}
     for name in names:
         folder, number = OUTSIDE_FOLDER, 1

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Literal
 
-from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS, Assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.problem.problem import Part, Problem
@@ -71,8 +71,8 @@ class ExportRequest:
         return self.assignment.attempt_policy.best_of or DEFAULT_ATTEMPTS
 
     def includes_feedback(self, level: str) -> bool:
-        """Return whether the assignment's feedback includes this level of FEEDBACK."""
-        return FEEDBACK.index(level) <= FEEDBACK.index(self.assignment.feedback)
+        """Return whether the assignment's feedback includes this level of FEEDBACK_LEVELS."""
+        return FEEDBACK_LEVELS.index(level) <= FEEDBACK_LEVELS.index(self.assignment.feedback)
 
     def without_text_questions(self, title: str) -> "ExportRequest":
         """Return the request without questions that a person must mark. Report these, with the export's title."""

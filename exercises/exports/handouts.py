@@ -6,7 +6,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.certified_problems import certify_class
-from qdot.exercises.assignment.release import is_released, make_notebook, notebook_path, read_if_present
+from qdot.exercises.assignment.release import is_released, make_notebook, make_notebook_path, read_if_present
 from qdot.exercises.exports.export_format import ExportRequest
 from qdot.exercises.exports.wheel import make_wheel
 from qdot.exercises.notebook.notebook import write_notebook
@@ -28,7 +28,7 @@ class Handouts:
         """Yield every notebook, in roster order."""
         for student in self.students:
             if is_released(self.assignment, student.id):
-                yield student, read_if_present(notebook_path(self.assignment, student.id)) or ""
+                yield student, read_if_present(make_notebook_path(self.assignment, student.id)) or ""
             else:
                 problems = self.assignment.generate_problems(student.id)
                 yield student, write_notebook(make_notebook(self.assignment, student.id, problems))

@@ -40,7 +40,7 @@ from qdot.exercises.writing import problem_texts
 from qdot.exercises.writing.render import render
 from qdot.exercises.writing.units import format_unit
 
-Entry = TypeVar("Entry")
+Question = TypeVar("Question")
 
 MAX_WRONG_VALUES = 6
 """Maximum number of wrong values to recognise for a number. With more values, answers would match them by chance."""
@@ -260,21 +260,21 @@ def make_category(request: ExportRequest, slot: Slot, problem: Problem, part: Pa
 
 
 def group_by_category(
-    entries: Iterable[Entry],
-    find_category: Callable[[Entry], ItemCategory],
-    find_content: Callable[[Entry], Hashable],
+    questions: Iterable[Question],
+    find_category: Callable[[Question], ItemCategory],
+    find_content: Callable[[Question], Hashable],
     report: Callable[[str], None],
-) -> dict[ItemCategory, list[Entry]]:
-    """Map each category, in order of appearance, to its entries without copies.
+) -> dict[ItemCategory, list[Question]]:
+    """Map each category, in order of appearance, to its questions without copies.
 
-    Entries with equal content are copies: for an arm whose variants do not differ, all variants of some questions are
+    Questions with equal content are copies: for an arm whose variants do not differ, all variants of some questions are
     equal. `report` gets a message for each category with copies.
     """
-    groups: dict[ItemCategory, dict[Hashable, Entry]] = {}
+    groups: dict[ItemCategory, dict[Hashable, Question]] = {}
     counts: dict[ItemCategory, int] = {}
-    for entry in entries:
-        category = find_category(entry)
-        groups.setdefault(category, {}).setdefault(find_content(entry), entry)
+    for question in questions:
+        category = find_category(question)
+        groups.setdefault(category, {}).setdefault(find_content(question), question)
         counts[category] = counts.get(category, 0) + 1
     for category, group in groups.items():
         if len(group) < counts[category]:
@@ -315,7 +315,7 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
     numeric_part: NumericPart | None = None
     form: ItemForm
     category = make_category(request, slot, problem, part)
-    if isinstance(part.answer, ConditionSet) and part.answer.is_singular_set:
+    if isinstance(part.answer, ConditionSet) and part.answer.is_singular_set:  # a short question replaces this one
         short_problem = _ask_short_question(problem, part, request)
         if short_problem is None:
             return None
@@ -325,30 +325,31 @@ def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part)
         if part_with_options is None:
             return None
         form = _make_option_form(problem, part_with_options, explains_mistakes=False)
-        question = write_question_alone(problem, part)
+        question_text = write_question_alone(problem, part)
     elif part.answer.offered_options:
         form = _make_option_form(problem, part, explains_mistakes)
-        question = write_question_alone(problem, part)
+        question_text = write_question_alone(problem, part)
     elif isinstance(part.answer, Words):
-        form, question = TextForm(), write_question_alone(problem, part)
+        form, question_text = TextForm(), write_question_alone(problem, part)
     else:
         numeric_part = ask_in_numbers(problem, part)
         if numeric_part is None:
             return None
         form = _make_number_form(problem, part, numeric_part, explains_mistakes)
-        question = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
+        question_text = _write_numeric_question(problem, part, numeric_part, form.fields, len(form.fields))
     title = question_of(part).title
     figure = draw_prompt_figure(problem, part, part.name)
     figures = () if figure is None else (figure,)
-    body = (draw_arm(problem), problem_texts.write_statement(problem, "", explains_typing=False), *figures, question)
+    statement = problem_texts.write_statement(problem, "", explains_typing=False)
+    body = (draw_arm(problem), statement, *figures, question_text)
     solution = _write_solution(problem, part, numeric_part)
     item_hints = problem_texts.write_hints(problem, part) if request.assignment.hints else ()
     item = QuizItem(part.name, title, category, body, form, part.points, solution, item_hints)
     if numeric_part is None or not isinstance(form, NumberForm) or len(form.fields) == 1:
         return item
     field = _choose_most_distinguishing_field(problem, part, form.fields)
-    question = _write_numeric_question(problem, part, numeric_part, (field,), len(form.fields))
-    number_item = replace(item, body=(*item.body[:-1], question), form=NumberForm(((field,),)))
+    question_text = _write_numeric_question(problem, part, numeric_part, (field,), len(form.fields))
+    number_item = replace(item, body=(*item.body[:-1], question_text), form=NumberForm(((field,),)))
     return replace(item, single_number_item=number_item)
 
 
@@ -371,7 +372,7 @@ def _ask_short_question(problem: Problem, part: Part, request: ExportRequest) ->
         try:
             stream = Stream(f"qdot/{problem.id.stream_name}/{name}")
             answer, details = question.ask(problem.chain, stream)
-        except RuntimeError:
+        except RuntimeError:  # the question found no suitable options for this arm
             continue
         short_problem = replace(problem, parts=(Part(name, name, answer, part.points, details=details),))
         failures = request.find_failures(short_problem)
@@ -452,9 +453,9 @@ def _make_number_form(problem: Problem, part: Part, numeric_part: NumericPart, e
 
 
 def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, explains_mistakes: bool) -> NumberField:
+    """Return the field for entry `index` (from 0, row by row), with wrong values if `explains_mistakes`."""
     answer = numeric_part.part.answer_as(Number)
     (rows, columns), is_count = numeric_part.values.shape, answer.is_count
-
     if is_count:
         relative_tolerance, absolute_tolerance = 0.0, 0.0
     elif part.rounding is not None:
@@ -482,9 +483,10 @@ def _make_field(part: Part, numeric_part: NumericPart, index: int, label: str, e
             values_with_tolerance.append((wrong_value, wrong_tolerance))
             wrong_values.append(WrongValue(wrong_value, wrong_tolerance, feedback))
     row, column = divmod(index, columns)
-    position = f"row {row + 1}, column {column + 1}" if columns > 1 else f"entry {row + 1}" if rows > 1 else ""
-    named_position = f"${label}$ ({position})" if position else f"${label}$"
-    description = f"the entry in {position} of the matrix" if columns > 1 else named_position
+    if columns > 1:
+        description = f"the entry in row {row + 1}, column {column + 1} of the matrix"
+    else:
+        description = f"${label}$ (entry {row + 1})" if rows > 1 else f"${label}$"
     known_values = tuple(wrong_values[:MAX_WRONG_VALUES])
     return NumberField(label, description, value, tolerance, format_unit(answer.units[index]), known_values)
 

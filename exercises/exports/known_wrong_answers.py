@@ -203,6 +203,7 @@ def parse_entries(problem: Problem, entries: Iterable[sp.Expr]) -> list[Node]:
 
 
 def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterator[KnownWrongAnswer]:
+    """Yield wrong numbers that differ clearly from the correct ones, from zeros and from each other."""
     stream = Stream(f"known/{problem.id}/{part.name}")
     samples = sample_configurations(problem.chain, part, make_domain(problem), SAMPLE_COUNT, stream)
     stages = compute_numeric_stages(problem.chain, samples)

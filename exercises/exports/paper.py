@@ -103,7 +103,7 @@ def make_pdf_preview(assignment: Assignment, name: str, problems: Sequence[Probl
 
 
 def _list_images(request: ExportRequest) -> dict[str, bytes]:
-    """Return the images on the first page of an exam, by file name."""
+    """Map the file name of each image on the first page of an exam to its content."""
     logo = request.assignment.front_page.logo if request.sheet == "exam" and not request.has_solutions else None
     return {} if logo is None else {logo.file_name: logo.content}
 

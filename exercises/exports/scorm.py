@@ -10,7 +10,7 @@ from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 
-from qdot.exercises.assignment.assignment import FEEDBACK, Slot
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS, Slot
 from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.files import make_zip
@@ -109,16 +109,16 @@ def _list_questions(slot: Slot) -> list[list[str | float]]:
 
 
 def _make_bank_files(request: ExportRequest) -> _Files:
-    """Return the files of the bank by path, with solutions if students may see them."""
+    """Map the path of each file of the bank to its content, with solutions if students may see them."""
     assignment = request.assignment
-    level = FEEDBACK[-1] if request.has_solutions else assignment.feedback
+    level = FEEDBACK_LEVELS[-1] if request.has_solutions else assignment.feedback
     bank_problems = list_problems_of_variants(list(iterate_bank(replace(request, on_step=lambda: None))))
     titles = [(slot.name, slot.family.title, slot.family.source) for slot in assignment.slots]
     with tempfile.TemporaryDirectory() as folder:
         failures: list[FailedSlot] = []
         entries = bank.write_bank(
             Path(folder), bank_problems, request.find_failures, request.jobs, request.on_step, failures.append,
-            level == FEEDBACK[-1],
+            level == FEEDBACK_LEVELS[-1],
         )  # fmt: skip
         if failures:
             raise QdotError(f"{failures[0]}. Nothing is exported")  # each problem passed before, so this is a bug

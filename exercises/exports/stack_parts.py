@@ -54,7 +54,8 @@ The pivot is the entry that is compared to find a constant factor between two ma
 """
 MIN_BOX_WIDTH, MAX_BOX_WIDTH = 8, 60
 MIN_CELL_WIDTH, MAX_CELL_WIDTH = 6, 24
-"""Width of an input box in characters, for a formula or an entry of a vector, and for an entry of a matrix."""
+"""Minimum and maximum width of an input box in characters: for a formula or an entry of a vector, and for an entry of a
+matrix."""
 UNRELATED_VALUE = 7
 """A value that no mistake leads to, for the question test of an answer that no known mistake explains."""
 
@@ -120,7 +121,7 @@ class StackPart:
 
     @property
     def has_single_box(self) -> bool:
-        """Whether the answer is typed into a single box, so students may type text that STACK can't parse."""
+        """Whether there is a single box for typed text, which may be text that STACK can't parse."""
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(

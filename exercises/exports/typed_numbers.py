@@ -19,8 +19,8 @@ MAX_DIGITS = 6
 """Maximum number of significant digits of a listed number, unless the tolerance requires more."""
 ZEROS = ("0", "0.0", "0.00", "0.000", "-0")
 MIN_STEPS, MAX_PATTERN_DECIMALS = 100, 30
-"""The range of a pattern has at least MIN_STEPS decimal steps, with at most MAX_PATTERN_DECIMALS decimals. The pattern
-may refuse numbers in the first and in the last step."""
+"""A pattern has so many decimals (at most MAX_PATTERN_DECIMALS) that its range has at least MIN_STEPS steps of the last
+decimal. The pattern may refuse numbers in the first and in the last step."""
 _PLUS, _MINUS = r"\+?", "[-−]"
 """Patterns for the sign; the second minus sign is the one in typeset text."""
 
@@ -88,6 +88,7 @@ def _write_range(low: Fraction, high: Fraction) -> str:
     """Return a pattern for the decimal numbers without a sign from `low` to `high`."""
     decimals = next(count for count in range(1, MAX_PATTERN_DECIMALS) if (high - low) * 10**count >= MIN_STEPS)
     first, end = math.ceil(low * 10**decimals), math.floor(high * 10**decimals)
+    # Blocks that differ only in their last fixed digit become one alternative, as in 24[56789].
     last_digits: dict[tuple[str, str], str] = {}
     for prefix, free_digits in _split_range(first, end, decimals):
         head, tail = _write_block(prefix, free_digits, decimals)

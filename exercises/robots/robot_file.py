@@ -170,6 +170,7 @@ def _describe_excess_joints(joint_count: int) -> str:
 
 
 def _convert_urdf(path: Path, urdf_chain: UrdfChain) -> Robot:
+    """Return the robot with the chain in a URDF; small offsets in its table are snapped to zero."""
     joint_count = len(urdf_chain.axes)
     if joint_count > MAX_JOINTS:
         raise QdotError(f"{path}: {_describe_excess_joints(joint_count)}")

@@ -47,7 +47,7 @@ from qdot.exercises.writing.render import find_template_folder
 BANK_FOLDER = "bank"
 
 LANGUAGE_ENDINGS = (".json", *(f".{code}.json" for code in LANGUAGES))
-"""The endings of the names of the bank's files, by language."""
+"""The endings of the names of the bank's files: for English, and for each other language."""
 
 
 def write_bank(

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS
 from qdot.exercises.assignment.certified_problems import FailedSlot, FailureFinder
 from qdot.exercises.common.files import make_folder, write_atomically
 from qdot.exercises.problem.record import Json
@@ -46,12 +46,12 @@ class SiteSpec:
     command_reference: str
     docs: Path | None = None
     course: str = ""
-    feedback: str = FEEDBACK[-1]
+    feedback: str = FEEDBACK_LEVELS[-1]
 
     @property
     def has_solutions(self) -> bool:
         """Whether the bank has solutions."""
-        return self.feedback == FEEDBACK[-1]
+        return self.feedback == FEEDBACK_LEVELS[-1]
 
 
 def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callable[[FailedSlot], None]) -> Json:
@@ -101,18 +101,18 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
 
 
 def _write_pages(spec: SiteSpec, assets: pages.Assets) -> dict[str, str]:
-    """Return all pages as HTML, and their translations as JSON, by their paths in the site."""
+    """Map the path in the site of each page to its HTML, and the path of each translation to its JSON."""
     files = {}
     families, licences = [name for name, _, _ in spec.titles], pages.render_licences(assets.folder)
     for page in pages.make_pages(spec.docs, spec.command_reference, spec.course, families, licences):
         files[page.path] = pages.render_page(page, assets, spec.course, spec.docs is not None)
         for language, (title, body) in page.translations.items():
             translation = json.dumps({"title": title, "body": body}, ensure_ascii=False)
-            files[page.translated_path(language)] = translation
+            files[page.make_translated_path(language)] = translation
     return files
 
 
 def _read_linked_files(docs: Path) -> dict[str, bytes]:
-    """Return the drawings, pictures, schemas and questions of the documentation, by their paths in the site."""
+    """Map the path in the site of each file that the documentation links, such as a picture, to the file's content."""
     paths = sorted(path for path in docs.rglob("*") if path.suffix in (".png", ".svg", ".json", ".toml"))
     return {f"docs/{path.relative_to(docs).as_posix()}": path.read_bytes() for path in paths}

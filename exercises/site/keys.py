@@ -499,7 +499,8 @@ def _make_stream(problem: Problem, part: Part) -> Stream:
 
 def _to_double(value: Any) -> float | None:
     """Return a number rounded to 15 digits, or None if it is not real and finite."""
-    if isinstance(value, mpmath.mpc):  # of DIGITS digits, so a smaller imaginary part is a rounding error
-        value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
-    number = float(mpmath.nstr(mpmath.mpf(value), 15))
+    real_value = value
+    if isinstance(value, mpmath.mpc):  # of DIGITS digits, so a tiny imaginary part is a rounding error
+        real_value = value.real if abs(value.imag) < 1e-20 * (1 + abs(value.real)) else mpmath.nan
+    number = float(mpmath.nstr(mpmath.mpf(real_value), 15))
     return number + 0.0 if np.isfinite(number) else None

@@ -45,11 +45,11 @@ class Page:
         """The path of the bank's file that is loaded together with the script, "" if there is none."""
         return {"pages": "", "check": "", "own": ROBOTS_FILE}.get(self.script, INDEX_FILE)
 
-    def translated_path(self, language: str) -> str:
+    def make_translated_path(self, language: str) -> str:
         """Return the path of the file with the page's title and body in another language."""
         return f"{self.path.removesuffix('.html')}.{language}.json"
 
 
 def translate_message(message: str) -> dict[str, str]:
-    """Return the translations of a message by language; scripts replace the English text with one of them."""
+    """Map each language to the translation of a message; scripts replace the English text with a translation."""
     return {code: load_catalogue(code).gettext(message) for code in LANGUAGES}

@@ -23,7 +23,7 @@ from qdot.exercises.assignment.handout import (
     write_links,
     write_moodle_zip,
 )
-from qdot.exercises.assignment.release import ReleaseResult, is_released, notebook_path, release_notebooks
+from qdot.exercises.assignment.release import ReleaseResult, is_released, make_notebook_path, release_notebooks
 from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
@@ -85,7 +85,7 @@ def generate(
             failed_slots.extend(result.failed_slots)
             for slot in result.failed_slots:
                 note(str(slot))
-            if result.failed_slots and (old_path := notebook_path(assignment, result.student)).exists():
+            if result.failed_slots and (old_path := make_notebook_path(assignment, result.student)).exists():
                 note(f"{old_path} belongs to an older version of the assignment; do not distribute it")
             counter.step()
 

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from qdot.exercises.assignment.assignment import FEEDBACK, load_assignment
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS, load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot
 from qdot.exercises.common.console import check_choice, note, print_result, show_progress
 from qdot.exercises.common.errors import QdotError, count_noun
@@ -34,7 +34,7 @@ SITE_FOLDER = Path("qdot-site")
 VARIANTS_PER_PROBLEM = 5
 """Default number of variants of each problem of an assignment."""
 VARIANTS_HELP = f"{ARMS_PER_STEP} at each step of variation; {VARIANTS_PER_PROBLEM} for a problem"
-FEEDBACK_HELP = f"Level of feedback: {', '.join(FEEDBACK)}. Default: the assignment's, else all."
+FEEDBACK_HELP = f"Level of feedback: {', '.join(FEEDBACK_LEVELS)}. Default: the assignment's, else all."
 
 
 def build_site(
@@ -54,7 +54,7 @@ def build_site(
     variation: SiteVariationOption = "",
     convention: SiteConventionOption = "",
     twist_order: SiteTwistOption = "",
-    feedback: Annotated[str, name_option(FEEDBACK_HELP, names=FEEDBACK, metavar="LEVEL")] = "",
+    feedback: Annotated[str, name_option(FEEDBACK_HELP, names=FEEDBACK_LEVELS, metavar="LEVEL")] = "",
     jobs: JobsOption = CORE_COUNT,
 ) -> None:
     """Build the web site: pages and a bank of certified problems that a browser shows and grades.
@@ -72,13 +72,13 @@ def build_site(
           variants of your own assignment
     """
     if feedback:
-        check_choice(feedback, FEEDBACK, "level of feedback")
+        check_choice(feedback, FEEDBACK_LEVELS, "level of feedback")
     if assignment is None:
         names = [look_up_family(name.strip()).name for name in families.split(",") if name.strip()] or list(FAMILIES)
         titles = [(name, FAMILIES[name].title, FAMILIES[name].source) for name in names]
         arm_count = variants or ARMS_PER_STEP * (1 if variation else len(VARIATION_STEPS))
         problems = list_problems_of_families(names, arm_count, variation, convention, twist_order)
-        course, default_level = "", FEEDBACK[-1]
+        course, default_level = "", FEEDBACK_LEVELS[-1]
     elif convention or twist_order:
         advice = 'for an assignment, set them in assignment.toml, as in convention = "screws"'
         raise QdotError(f"--convention and --twist-order apply to a site of families only; {advice}")

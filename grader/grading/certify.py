@@ -13,7 +13,7 @@ from typing import Any
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.certified_problems import raise_failures
-from qdot.exercises.assignment.release import Certifier, certificate_path, notebook_path
+from qdot.exercises.assignment.release import Certifier, make_certificate_path, make_notebook_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.json_form import to_jsonable
@@ -126,7 +126,7 @@ def list_tasks(assignment: Assignment) -> list[VerificationTask]:
 
 def find_former_students(assignment: Assignment) -> list[str]:
     """Return the students who have a notebook or a certificate but are not on the roster."""
-    patterns = [notebook_path(assignment, "*"), certificate_path(assignment, "*")]
+    patterns = [make_notebook_path(assignment, "*"), make_certificate_path(assignment, "*")]
     paths = [path for pattern in patterns for path in pattern.parent.parent.glob(f"*/{pattern.name}")]
     names = {unicodedata.normalize("NFC", path.parent.name) for path in paths}
     current_names = {student.id for student in assignment.roster}
@@ -146,7 +146,7 @@ def _list_tasks_of_student(assignment: Assignment, student: str) -> list[Verific
         record = records.pop(slot.name, None)
         slot_failures = select_failures(slot.name)
         if certificate and record is None:
-            path = certificate_path(assignment, student)
+            path = make_certificate_path(assignment, student)
             message = f"{student}: {path} has no {slot.name}; it was added to assignment.toml after the release"
             slot_failures.insert(0, Failure(FailureKind.UNCERTIFIED, message))
         identity = assignment.make_problem_id(slot, student)
@@ -162,7 +162,7 @@ def _list_tasks_of_student(assignment: Assignment, student: str) -> list[Verific
 
 def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCertificate | None, list[Failure]]:
     """Return a student's certificate (None if it can't be read), and the failures of certificate and notebook."""
-    path = certificate_path(assignment, student)
+    path = make_certificate_path(assignment, student)
     try:
         certificate = certificates.read_certificate(path, assignment.key, student)
     except QdotError as error:
@@ -171,7 +171,7 @@ def _read_certificate(assignment: Assignment, student: str) -> tuple[StudentCert
         advice = "Restore it from a backup, or run 'qdot generate' if nothing was released to this student"
         message = f"{student}: {path} is missing, so qdot does not know what was released. {advice}"
         return None, [Failure(FailureKind.UNCERTIFIED, message)]
-    return certificate, certificates.find_notebook_failures(notebook_path(assignment, student), certificate)
+    return certificate, certificates.find_notebook_failures(make_notebook_path(assignment, student), certificate)
 
 
 def _find_changes(task: VerificationTask, problem: Problem, record: ProblemRecord) -> list[Failure]:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path, PurePath
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
-from qdot.exercises.assignment.release import notebook_path
+from qdot.exercises.assignment.release import make_notebook_path
 from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.grader.grading.certify import find_former_students
 from qdot.grader.submissions.layouts import list_nested_folders
@@ -29,7 +29,7 @@ MAX_NAMES_LISTED = 5
 def load_class(folder: Path) -> Assignment:
     """Return the assignment in a folder. Raises QdotError if the released notebooks don't fit its roster or secret."""
     assignment = load_assignment(folder)
-    paths = {student.id: notebook_path(assignment, student.id) for student in assignment.roster}
+    paths = {student.id: make_notebook_path(assignment, student.id) for student in assignment.roster}
     released_files = {student: StudentFiles((path,)) for student, path in paths.items() if path.exists()}
     unreleased_students = [name for name in paths if name not in released_files]
     if respelled_ids := _match_respelled_identifiers(find_former_students(assignment), unreleased_students):

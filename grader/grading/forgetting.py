@@ -17,7 +17,7 @@ from qdot.exercises.assignment.class_list import normalize_identifier
 from qdot.exercises.assignment.handout import INDEX_FILE
 from qdot.exercises.assignment.release import ONLINE_FOLDER
 from qdot.exercises.assignment.replacements import REPLACEMENTS_FILE
-from qdot.exercises.assignment.store import store_path
+from qdot.exercises.assignment.store import make_store_path
 from qdot.exercises.common.errors import QdotError, count_noun, make_name_error
 from qdot.exercises.common.files import IS_POSIX, write_atomically
 from qdot.exercises.common.input_file import parse_csv_rows, read_table
@@ -144,7 +144,7 @@ def _find_files_named_after(folder: Path, student: str) -> list[Path]:
     """Return the files and folders that are named after a student, with unfinished copies of them."""
     paths = [folder / name / student for name in ("released", "solutions", "certificates")]
     paths += [folder / "graded" / "feedback" / f"{student}.html", folder / "graded" / "history" / f"{student}.jsonl"]
-    paths.append(store_path(folder, student))
+    paths.append(make_store_path(folder, student))
     paths += [path for path in sorted((folder / "exports").glob("*/*/*")) if student in (path.name, path.stem)]
     paths += [unfinished_copy for path in paths for unfinished_copy in path.parent.glob(f".{path.name[:40]}.*.tmp")]
     return [path for path in paths if path.exists() or path.is_symlink()]

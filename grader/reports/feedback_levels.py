@@ -13,7 +13,7 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS
 from qdot.exercises.formula.equality import SetDifference
 from qdot.grader.grading.result import PartResult
 from qdot.grader.marking.marking import WRONG_OR_PARTIAL
@@ -61,7 +61,7 @@ def capitalize(text: str) -> str:
 
 def shows_at_least(level: str, other_level: str) -> bool:
     """Return whether a level of feedback shows at least as much as another level."""
-    return FEEDBACK.index(level) >= FEEDBACK.index(other_level)
+    return FEEDBACK_LEVELS.index(level) >= FEEDBACK_LEVELS.index(other_level)
 
 
 def limit_feedback(part: PartResult, level: str) -> PartResult:

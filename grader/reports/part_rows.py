@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from qdot.exercises.assignment.assignment import FEEDBACK, Assignment
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS, Assignment
 from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
 from qdot.exercises.mistakes.base import add_chapter_to_reference
@@ -47,7 +47,7 @@ class PartRow:
         return f"{'no mark' if self.points is None else format_points(self.points)} of {format_points(self.max_points)}"
 
 
-def make_part_rows(result: Result, assignment: Assignment, feedback: str = FEEDBACK[-1]) -> list[PartRow]:
+def make_part_rows(result: Result, assignment: Assignment, feedback: str = FEEDBACK_LEVELS[-1]) -> list[PartRow]:
     """Return a row for every part, in the order of the assignment, with what a level of feedback shows."""
     rows, titles = [], assignment.titles_by_part
     for name, part in result.parts.items():

@@ -29,7 +29,7 @@ class Assignments:
             raise QdotError(f"two assignments have the key {duplicate!r}; the addresses of their pages contain the key")
 
     def load_all(self) -> dict[str, Assignment]:
-        """Return the assignments by key, in the order of the folders."""
+        """Map each key to its assignment, in the order of the folders."""
         for folder in self._folders:
             stamps = _read_stamps(folder)
             if stamps != self._stamps[folder]:

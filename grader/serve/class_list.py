@@ -18,7 +18,7 @@ def _find_assignments() -> Assignments:
 
 
 def load_assignments() -> dict[str, Assignment]:
-    """Return the assignments of the service by key, from the current files in their folders."""
+    """Map each key to its assignment, as the files in the folder describe it now."""
     return _find_assignments().load_all()
 
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from qdot.exercises.assignment.assignment import FEEDBACK, Assignment, Student
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS, Assignment, Student
 from qdot.exercises.assignment.release import ReleaseContext, ReleaseResult, release_notebooks_of_student
 from qdot.exercises.assignment.store import StoredProblems, load_stored_problems
 from qdot.exercises.formula.equality import Counterexample, SetDifference
@@ -178,7 +178,7 @@ def mark_typed_answers(judge: Judge, request: TypedAnswers) -> MarkedAnswers | N
 
 def limit_open_feedback(assignment: Assignment) -> Assignment:
     """Return the assignment without feedback that shows right answers, for students who may still submit."""
-    return replace(assignment, feedback=min(assignment.feedback, "counterexample", key=FEEDBACK.index))
+    return replace(assignment, feedback=min(assignment.feedback, "counterexample", key=FEEDBACK_LEVELS.index))
 
 
 def show_marks(

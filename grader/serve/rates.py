@@ -11,7 +11,7 @@ SECONDS = 60.0
 
 _lock = threading.Lock()
 _times: dict[tuple[str, str], deque[float]] = defaultdict(deque)
-"""The times of the latest requests, by action and actor."""
+"""Maps each pair (action, actor) to the times of the actor's latest requests."""
 
 
 def check_rate(action: str, actor: object, limit: int) -> None:

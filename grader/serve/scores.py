@@ -64,7 +64,7 @@ def name_file(assignment: Assignment, submission: Submission) -> str:
 
 
 def list_notebook_answers(submission: Submission) -> dict[str, str]:
-    """Return the answers by part in a notebook that is marked, except for Python functions, which nobody can type."""
+    """Map each part to its answer in a notebook that is marked, except for Python functions, which nobody can type."""
     return {
         f"{problem['slot']}.{part['name']}": part["answer"]
         for problem in (submission.marks or {"problems": []})["problems"]

@@ -75,7 +75,7 @@ def configure(options: ServiceOptions) -> None:
         SESSION_ENGINE="django.contrib.sessions.backends.db",
         SESSION_COOKIE_NAME=f"{cookie_prefix}sessionid",
         SESSION_COOKIE_SECURE=is_secure,
-        SESSION_COOKIE_SAMESITE="None" if is_secure else "Lax",  # others are not sent in a frame
+        SESSION_COOKIE_SAMESITE="None" if is_secure else "Lax",  # other cookies are not sent in a frame
         CSRF_COOKIE_NAME=f"{cookie_prefix}csrftoken",
         CSRF_COOKIE_SECURE=is_secure,
         CSRF_COOKIE_SAMESITE="None" if is_secure else "Lax",

@@ -13,7 +13,7 @@ from django.views.decorators.http import require_GET, require_http_methods, requ
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import describe_duration
-from qdot.exercises.assignment.release import notebook_path
+from qdot.exercises.assignment.release import make_notebook_path
 from qdot.exercises.notebook.notebook import fill_in_answers
 from qdot.exercises.writing.languages import ENGLISH, LANGUAGES
 from qdot.grader.grading.result import Result
@@ -285,7 +285,7 @@ def get_notebook(request: HttpRequest, person: Person, key: str) -> HttpResponse
     """Return the student's notebook, with the answers that the student has submitted."""
     work = find_work(person, key)
     release_if_needed(work.assignment, work.student.id)
-    content = notebook_path(work.assignment, work.student.id).read_text(encoding="utf-8")
+    content = make_notebook_path(work.assignment, work.student.id).read_text(encoding="utf-8")
     content = fill_in_answers(content, find_answers(list_submissions(person, key)))
     return HttpResponse(content, "application/x-ipynb+json", headers={
         "Content-Disposition": f'attachment; filename="{key}.ipynb"',

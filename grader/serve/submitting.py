@@ -70,7 +70,7 @@ def explain_closed(assignment: Assignment, student: Student, received: list[date
 
 
 def find_tried_texts(person: Person, key: str) -> dict[str, set[str]]:
-    """Return the answers to each part that count as tries, because they were judged or will be."""
+    """Map each part to the answers that count as tries, because they were judged or will be."""
     tried_texts = defaultdict[str, set[str]](set)
     rows = Submission.objects.filter(person=person, assignment=key).exclude(changed_part="")
     for part, answers, state, shown in rows.values_list("changed_part", "answers", "state", "shown"):
@@ -149,9 +149,9 @@ def _check_open(assignment: Assignment, student: Student, earlier_submissions: l
 
 
 def find_answers(submissions: list[Submission]) -> dict[str, str]:
-    """Return a student's current answers by part; `submissions` begin with the newest.
+    """Map each part to the student's current answer; `submissions` begin with the newest.
 
-    These are the answers of the latest submission, except for notebooks that are not graded yet or could not be graded.
+    The answers are those of the latest submission, except for notebooks that are not graded or could not be graded.
     """
     latest = next((s for s in submissions if s.changed_part or (s.state == s.State.MARKED and not s.obstacle)), None)
     if latest is None:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from qdot.exercises.assignment.assignment import Assignment, Slot
-from qdot.exercises.assignment.release import certificate_path
+from qdot.exercises.assignment.release import make_certificate_path
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.families.family import describe_variation
 from qdot.grader.grading.certificates import read_certificate
@@ -35,7 +35,7 @@ def describe_shared_answers(assignment: Assignment) -> list[str]:
 def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
     """Return the digests of a student's parts by slot and part; {} if the certificate is damaged or out of date."""
     try:
-        certificate = read_certificate(certificate_path(assignment, student), assignment.key, student)
+        certificate = read_certificate(make_certificate_path(assignment, student), assignment.key, student)
     except QdotError:
         return {}  # `qdot verify` reports the error
     if certificate is None or certificate.notebook_digest != assignment.notebook_digest_of(student):

@@ -22,7 +22,7 @@ import qdot
 from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.arm.conventions import REGISTRY
 from qdot.exercises.assignment.assignment import AssignmentFile, ProblemEntry, load_assignment
-from qdot.exercises.assignment.release import notebook_path, release_notebooks
+from qdot.exercises.assignment.release import make_notebook_path, release_notebooks
 from qdot.exercises.assignment.sets import SETS
 from qdot.exercises.common.console import print_result
 from qdot.exercises.common.variation import VARIATION_AXES, VARIATION_STEPS
@@ -114,7 +114,7 @@ def _generate_and_grade_class(folder: Path) -> None:
         shutil.copyfile(ARCHIVES / UNRELEASED / name, folder / name)
     assignment = release_notebooks(load_assignment(folder), CERTIFIER, 1, lambda _: None)
     for student in assignment.roster:
-        solved = json.loads(notebook_path(assignment, student.id, "solutions").read_text(encoding="utf-8"))
+        solved = json.loads(make_notebook_path(assignment, student.id, "solutions").read_text(encoding="utf-8"))
         submitted = folder / "submitted" / student.id / f"{assignment.key}.ipynb"
         submitted.parent.mkdir(parents=True)
         solved["metadata"]["qdot"]["kind"] = "student"

@@ -108,6 +108,7 @@ class Login(DjangoOIDCLogin):
     state = ""
 
     def _get_uuid(self) -> str:
+        """Return a signed state; PyLTI1p3 adds the prefix "state-"."""
         frame = self._get_request_param("lti_storage_target") or ""
         parts = [secrets.token_urlsafe(16), str(self._tool_config.registration.pk)]
         signed = _make_signer().sign("~".join([*parts, frame] if _FRAME_NAME.fullmatch(frame) else parts))

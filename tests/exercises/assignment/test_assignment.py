@@ -14,8 +14,8 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import CONVENTIONS, Chain, Joint
 from qdot.exercises.assignment.assignment import Assignment, Student, load_assignment
-from qdot.exercises.assignment.release import ReleaseResult, init_assignment, notebook_path, release_notebooks
-from qdot.exercises.assignment.store import store_path
+from qdot.exercises.assignment.release import ReleaseResult, init_assignment, make_notebook_path, release_notebooks
+from qdot.exercises.assignment.store import make_store_path
 from qdot.exercises.common import files
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.formula.equality import Rounding
@@ -269,7 +269,7 @@ def test_temporary_files_of_killed_runs_are_removed(released: Path) -> None:
         first_folder / ".hw.ipynb.1ra2d1o5.tmp",
         released / "released" / "s002" / ".hw.ipynb.abcd_f_8.tmp",
         released / "certificates" / "s002" / ".hw.json.00000000.tmp",
-        _temporary_path(store_path(released, "s001")),
+        _temporary_path(make_store_path(released, "s001")),
     ]
     names = (".other.ipynb.1ra2d1o5.tmp", "hw.ipynb.1ra2d1o5.tmp", ".hw.ipynb.swp.tmp")
     unrelated = [*(first_folder / name for name in names), released / "submitted" / ".hw.ipynb.1ra2d1o5.tmp"]
@@ -292,7 +292,7 @@ def test_temporary_files_of_killed_runs_are_removed(released: Path) -> None:
 def test_temporary_files_of_dead_workers_are_removed(folder: Path) -> None:
     (folder / "assignment.toml").write_text(TOML)
     assignment = load_assignment(folder)
-    paths = [notebook_path(assignment, "s002", "solutions"), store_path(assignment.folder, "s001")]
+    paths = [make_notebook_path(assignment, "s002", "solutions"), make_store_path(assignment.folder, "s001")]
 
     def leave_temporary_files(_: ReleaseResult) -> None:
         for path in paths:

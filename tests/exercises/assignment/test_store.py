@@ -42,7 +42,7 @@ def assignment(tmp_path_factory: pytest.TempPathFactory) -> Assignment:
 
 
 def get_store_file(assignment: Assignment, student: str) -> Path:
-    return store.store_path(assignment.folder, student)
+    return store.make_store_path(assignment.folder, student)
 
 
 def test_stored_problems_and_figures_equal_generated_ones(assignment: Assignment) -> None:

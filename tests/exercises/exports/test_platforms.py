@@ -22,7 +22,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS
 from qdot.exercises.assignment.attempt_policy import AttemptPolicy
 from qdot.exercises.exports import canvas, common_cartridge, moodle, qti
 from qdot.exercises.exports import items as made
@@ -114,17 +114,17 @@ def list_elements(root: Element, tag: str) -> list[Element]:
     return [element for element in root.iter() if element.tag.rpartition("}")[2] == tag]
 
 
-@pytest.mark.parametrize("level", FEEDBACK)
+@pytest.mark.parametrize("level", FEEDBACK_LEVELS)
 def test_feedback_level_of_assignment_applies_to_every_platform(export_request: ExportRequest, level: str) -> None:
     """Mistakes, values and solutions appear from their levels on; solutions also if the request has them."""
-    at = FEEDBACK.index(level)
+    at = FEEDBACK_LEVELS.index(level)
     leveled = replace(export_request, assignment=replace(export_request.assignment, feedback=level))
     items = list(make_items(leveled))
     forms = [item.form for item in items]
     wrong = [option.feedback for form in forms if isinstance(form, ChoiceForm) for option in form.options]
     fields = [field for form in forms if isinstance(form, NumberForm) for field in form.fields]
     wrong += [each.feedback for field in fields for each in field.wrong_values]
-    assert any(wrong) == (at >= FEEDBACK.index("mistake"))
+    assert any(wrong) == (at >= FEEDBACK_LEVELS.index("mistake"))
 
     quiz, ordered_quiz = (
         unzip(export_items(moodle.export_moodle, variant, items)["hw.mbz"])
@@ -134,7 +134,7 @@ def test_feedback_level_of_assignment_applies_to_every_platform(export_request: 
     assert ordered_quiz == quiz  # its settings are the teacher's
     values, solutions = (settings.findtext(f"quiz/review{name}") for name in ("rightanswer", "generalfeedback"))
     after, closed = str(0x01110), str(0x00010)
-    assert values == (after if at >= FEEDBACK.index("values") else closed)
+    assert values == (after if at >= FEEDBACK_LEVELS.index("values") else closed)
     assert solutions == (after if level == "solutions" else closed)
 
     for ordered in (leveled, replace(leveled, has_solutions=True)):
@@ -145,7 +145,7 @@ def test_feedback_level_of_assignment_applies_to_every_platform(export_request: 
         package = unzip(export_items(canvas.export_canvas, ordered, items)["hw.zip"])
         assert (b'"general_fb"' in package["qdot-hw/qdot-hw.xml"]) == has_solutions
         shown = b"<show_correct_answers>true" in package["qdot-hw/assessment_meta.xml"]
-        assert shown == (at >= FEEDBACK.index("values") or ordered.has_solutions)
+        assert shown == (at >= FEEDBACK_LEVELS.index("values") or ordered.has_solutions)
 
 
 # --- Moodle ---

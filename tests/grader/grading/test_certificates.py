@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import (
     ReleaseResult,
-    certificate_path,
+    make_certificate_path,
     init_assignment,
-    notebook_path,
+    make_notebook_path,
     release_notebooks,
 )
 from qdot.exercises.common.errors import QdotError
@@ -71,11 +71,11 @@ def change_json(path: Path, change: Callable[[Any], object]) -> None:
 
 
 def find_certificate(folder: Path, student: str = "s001") -> Path:
-    return certificate_path(load_assignment(folder), student)
+    return make_certificate_path(load_assignment(folder), student)
 
 
 def find_notebook(folder: Path, student: str = "s001") -> Path:
-    return notebook_path(load_assignment(folder), student)
+    return make_notebook_path(load_assignment(folder), student)
 
 
 def edit_entry(change: dict[str, Any], student: str = "s002") -> Change:
@@ -239,7 +239,7 @@ def test_verify_finds_every_change(folder: Path, case: str, monkeypatch: pytest.
 
 def test_a_certificate_records_problem_version_and_checks(released: Path) -> None:
     assignment = load_assignment(released)
-    content = json.loads(certificate_path(assignment, "s001").read_text(encoding="utf-8"))
+    content = json.loads(make_certificate_path(assignment, "s001").read_text(encoding="utf-8"))
     robot, family = content["problems"]["p1"], content["problems"]["p2"]
     assert robot["problem"].startswith("lab-arm/")
     assert (family["engine"], family["band"], family["questions"]) == (ENGINE, [1, 2], ["position", "determinant"])

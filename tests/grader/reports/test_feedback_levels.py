@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from qdot.exercises.assignment.assignment import FEEDBACK
+from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS
 from qdot.exercises.formula.equality import Certificate, Counterexample, EntryDifference, SetDifference
 from qdot.exercises.problem.problem import Part
 from qdot.grader.grading.attempt import make_part_result
@@ -81,7 +81,7 @@ def assert_no_numbers_below_counterexamples(part: PartResult) -> None:
     assert (least.reason, least.mistake, least.advice, least.entries) == ("", None, None, None)
 
 
-@pytest.mark.parametrize("level", FEEDBACK)
+@pytest.mark.parametrize("level", FEEDBACK_LEVELS)
 def test_unreadable_and_right_answers_are_reported_at_every_level(level: str) -> None:
     problem = get_problem("planar-2r", 0)
     problem = replace(problem, parts=(problem["position"], problem["jacobian"]))
