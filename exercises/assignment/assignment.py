@@ -668,7 +668,7 @@ def _read_slot(
     with errors.collect():
         if band is not None:  # without questions, this checks only that the family has arms of this difficulty
             parse("difficulty", generation.check_questions, family, (), band, variation, convention)
-    questions_key = "family" if entry.questions is None else "questions"  # for errors: the key with the questions
+    questions_key = "family" if entry.questions is None else "questions"  # the key that error messages name
     with errors.collect():
         questions = parse(questions_key, _choose_questions, family, entry.questions, convention)
     errors.raise_all()

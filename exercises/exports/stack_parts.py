@@ -587,7 +587,7 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
     full_turn, joint_values = 2 * float(sp.pi), set()
     for joint, value in _iterate_joint_values(components):
         wrapped_value = float(value) % full_turn if is_joint_angle(joint) else float(value)
-        # the second % turns a full turn, to which an angle may be rounded, into 0
+        # an angle that is rounded up to a full turn becomes 0
         joint_values.add((joint.name, round(wrapped_value, 9) % round(full_turn, 9)))
     return joint_values
 

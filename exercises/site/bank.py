@@ -109,7 +109,8 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
     shutil.rmtree(stem, ignore_errors=True)  # it may have questions that are no longer asked
     stem.mkdir(parents=True)
     for ending, content in files.items():
-        write_atomically(Path(f"{stem}{ending}"), write_compact_json(content), is_synced=False)  # a rerun can write it
+        # A file that a power failure destroys is written again by the next run.
+        write_atomically(Path(f"{stem}{ending}"), write_compact_json(content), is_synced=False)
     return entry
 
 

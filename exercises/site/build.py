@@ -89,7 +89,7 @@ def write_site(spec: SiteSpec, on_problem: Callable[[], None], on_failed: Callab
     linked_files = {} if spec.docs is None else _read_linked_files(spec.docs)
     offline_files = files | {path: data for path, data in linked_files.items() if path.startswith(GALLERY_FOLDER)}
     bank_data = (path.read_bytes() for paths in bank_paths.values() for path in paths.values())
-    version = hashlib.sha256()  # browsers discard their whole cache if a file of the bank changes
+    version = hashlib.sha256()  # if it changes, browsers discard their whole cache
     for data in (*offline_files.values(), *bank_data):
         version.update(data.encode() if isinstance(data, str) else data)
     for path, data in (offline_files | linked_files).items():

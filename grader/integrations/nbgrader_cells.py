@@ -118,7 +118,7 @@ def make_outputs(row: PartRow) -> list[dict[str, Any]]:
         title = f"{row.title}: {format_points(0)} of {format_points(row.max_points)} points"
         error = {"ename": row.outcome, "evalue": make_visible(row.message), "traceback": [title, message]}
         return [{"output_type": "error", **error}]
-    earned = float(min(row.points, row.max_points))  # nbgrader refuses to grade if there are more points
+    earned = float(min(row.points, row.max_points))  # nbgrader refuses to grade if this is more than the maximum
     value = {"data": {"text/plain": repr(earned)}, "execution_count": None, "metadata": {}}
     stream = {"output_type": "stream", "name": "stdout", "text": f"{message}\n"}
     return [stream, {"output_type": "execute_result", **value}]

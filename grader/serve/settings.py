@@ -106,7 +106,7 @@ def configure(options: ServiceOptions) -> None:
             "loggers": {
                 "django": {"handlers": ["stderr"], "level": "ERROR", "propagate": False},
                 "django.security.DisallowedHost": {"level": "CRITICAL"},  # anybody can cause these
-                "django.request": {"level": "CRITICAL"},  # `errors` logs failures; lines about addresses have tokens
+                "django.request": {"level": "CRITICAL"},  # would log addresses with tokens; `errors` logs failures
                 "waitress.queue": {"level": "ERROR"},  # warnings about the number of waiting requests
                 "qdot": {"handlers": ["stderr"], "level": "INFO"},
             },
