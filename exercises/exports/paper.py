@@ -69,6 +69,7 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
         require_extra("pdf", "PDF")
     is_private, is_key = request.sheet in STAFF_SHEETS or request.has_solutions, request.sheet == "key"
     stem = request.sheet + "-versions" * bool(request.version_count) + "-solutions" * request.has_solutions
+    images = _list_images(request)
 
     def write_file(name: str, sheets: Sequence[Sheet], questions: Sequence[PaperQuestion] = ()) -> ExportedFile:
         text = _render_sheets(request, file_type, sheets, questions)
