@@ -108,7 +108,7 @@ class LengthRange(NamedTuple):
 
 @dataclass(frozen=True)
 class WrittenArm:
-    """The description of an arm in its file, if the file contains no standard table with variables of positive sign.
+    """An arm as its file describes it: by axes, by a modified table, or by a table with a variable of negative sign.
 
     - `rows`: the joints as the user wrote them: the rows of a table, or the axes in the base frame.
     - `base`: position and angles of the base as the user wrote them; None if the file has no base.

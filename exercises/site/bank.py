@@ -115,7 +115,7 @@ def _write_problem(state: _BankState, bank_problem: BankProblem) -> Json | Faile
 
 
 def _name_files(contents: Mapping[str, Json], language_ending: str) -> dict[str, Json]:
-    """Return contents in a language under the full endings of their files, with the ending for the language."""
+    """Return the same contents, with the ending for a language added to the ending of each file's name."""
     return {f"{ending}{language_ending}": content for ending, content in contents.items()}
 
 

@@ -36,7 +36,7 @@ def describe_people(people: list[Person]) -> Iterator[str]:
 
 
 def forget_people(people: list[Person]) -> None:
-    """Remove everything about a student from the database; SQLite also clears the free space in its file."""
+    """Remove everything about a student from the database; for SQLite, also from the free space of its file."""
     person_ids = {person.pk for person in people}
     with transaction.atomic():
         for person in people:
