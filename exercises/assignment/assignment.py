@@ -624,13 +624,13 @@ def _read_slots(
 
 
 def _read_slot(
-    file: TomlFile, content: AssignmentFile, index: int, variation: str, notes: list[str],
+    file: TomlFile, content: AssignmentFile, index: int, default_variation: str, notes: list[str],
     definitions: Mapping[str, Definition], definition_files: Mapping[str, TomlFile],
 ) -> Slot:  # fmt: skip
     """Return the slot of the [[problem]] at an index. Raises QdotError with all errors.
 
-    `variation` is the assignment's, which the slot may override. Warnings about an instructor's robot and questions are
-    appended to `notes`.
+    `default_variation` is the assignment's, which the slot may override. Warnings about an instructor's robot and
+    questions are appended to `notes`.
     """
     entry = content.problem[index]
 
@@ -651,7 +651,7 @@ def _read_slot(
         else:
             family, robot_digest = parse("robot", _read_robot, str(entry.robot), file.path.parent, notes)
     with errors.collect():
-        variation = parse("variation", find_canonical_name, entry.variation or variation)
+        variation = parse("variation", find_canonical_name, entry.variation or default_variation)
     with errors.collect():
         convention = entry.convention or content.convention or ""
         normalized_convention = parse("convention", normalize_convention, convention) if convention else ""

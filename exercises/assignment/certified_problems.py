@@ -95,7 +95,10 @@ def certify_with(find_failures: FailureFinder, problem: Problem) -> None:
 
 
 def require_certified(problem: Problem, find_failures: FailureFinder) -> Problem:
-    """Return a problem if it passes its certificate. Raises QdotError otherwise: its id fixes the seed."""
+    """Return a problem if it passes its certificate. Raises QdotError otherwise.
+
+    No other seed is tried, because the problem's id contains the seed.
+    """
     try:
         certify_with(find_failures, problem)
     except UncertifiedProblem as error:
@@ -137,7 +140,7 @@ def describe_internal_error(error: Exception) -> str:
 def generate_certified_problem(
     assignment: Assignment, slot: Slot, student: str, certify: RecordMaker[Record]
 ) -> CertifiedProblem[Record] | FailedSlot:
-    """Return a student's first problem that passes its certificate; the recorded seed is tried before all others."""
+    """Return a student's first problem that passes its certificate; the seed in redrawn.csv is tried first."""
     recorded_number, first_failure = assignment.seed_number_of(slot, student), ""
     for number in (recorded_number, *(n for n in range(1, MAX_SEEDS + 1) if n != recorded_number)):
         result = generate_and_certify(partial(slot.generate_problem, assignment.secret, student, number), certify)

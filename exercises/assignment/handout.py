@@ -149,7 +149,7 @@ def read_moodle_numbers(folder: Path) -> Mapping[str, str]:
     table_path = folder / "handout" / "moodle" / INDEX_FILE
     if not table_path.is_file():
         return {}
-    header, *rows = [cells for _, cells in parse_csv_rows(read_table_text(table_path), [])] or [[]]
+    header, *rows = [cells for _, cells in parse_csv_rows(read_table_text(table_path))] or [[]]
     if not {"student", _NUMBER_COLUMN} <= set(header):
         return {}
     student_index, number_index = header.index("student"), header.index(_NUMBER_COLUMN)
@@ -182,7 +182,7 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
 
 def _read_worksheet(path: Path) -> Iterator[tuple[str, frozenset[str]]]:
     """Yield the participant's number and the other cells of each line of a grading worksheet. Raises QdotError."""
-    rows = list(parse_csv_rows(read_table_text(path, "download it in Moodle"), []))
+    rows = list(parse_csv_rows(read_table_text(path, "download it in Moodle")))
     matches = [(_PARTICIPANT_NUMBER.fullmatch(cells[0].strip()), cells) for _, cells in rows[1:] if cells]
     if not matches or not all(match for match, _ in matches):
         raise QdotError(

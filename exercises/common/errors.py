@@ -72,8 +72,8 @@ def make_name_error(kind: str, name: str, known_names: Sequence[str], suggestion
     >>> print(make_name_error("family", "scra", ["planar-2r", "scara"]))
     unknown family 'scra' (did you mean 'scara'?); known: planar-2r, scara
     """
-    suggestion = suggestion or find_most_similar(name, known_names)
-    hint = f" (did you mean {suggestion!r}?)" if suggestion else ""
+    shown_suggestion = suggestion or find_most_similar(name, known_names)
+    hint = f" (did you mean {shown_suggestion!r}?)" if shown_suggestion else ""
     return QdotError(f"unknown {kind} {name!r}{hint}; known: {', '.join(known_names)}")
 
 

@@ -320,17 +320,17 @@ def parse_csv_rows(text: str, row_lines: list[int] | None = None) -> Iterator[tu
     splits the first line into the most cells. The number of every row's first line is appended to `row_lines`, even if
     the row can't be parsed.
     """
-    row_lines = [] if row_lines is None else row_lines
+    line_numbers = [] if row_lines is None else row_lines
     first_line, _, following_lines = text.partition("\n")
     separator_line = re.fullmatch(f'"?sep=([{SEPARATORS}])"?', first_line.strip("\ufeff"), re.IGNORECASE)
     separator = separator_line[1] if separator_line else max(SEPARATORS, key=re.sub('"[^"]*"', "", first_line).count)
     table_text, first_number = (following_lines, 2) if separator_line else (text, 1)
     reader = csv.reader(io.StringIO(table_text, newline=""), delimiter=separator, strict=True)
-    row_lines.append(first_number)
+    line_numbers.append(first_number)
     for row in reader:
         if any(cell.strip() for cell in row):
-            yield row_lines[-1], row
-        row_lines.append(reader.line_num + first_number)
+            yield line_numbers[-1], row
+        line_numbers.append(reader.line_num + first_number)
 
 
 BYTE_ORDER_MARK = "\ufeff"

@@ -61,8 +61,8 @@ def map_in_order(
     result is `result_if_lost(item)`. So `function` must be safe to repeat. With one job and without `result_if_lost`,
     everything runs in this process.
     """
-    jobs = min(jobs, len(items))
-    if jobs < 1 or (jobs == 1 and result_if_lost is None):
+    process_count = min(jobs, len(items))
+    if process_count < 1 or (process_count == 1 and result_if_lost is None):
         state = setup(*arguments)
         try:
             for item in items:
@@ -74,7 +74,7 @@ def map_in_order(
     finished_count = 0
     while finished_count < len(items):
         try:
-            with closing(run_pool(items[finished_count:], jobs)) as results:
+            with closing(run_pool(items[finished_count:], process_count)) as results:
                 for result in results:
                     finished_count += 1
                     yield result
@@ -83,7 +83,7 @@ def map_in_order(
                 advice = "if the machine ran out of memory, use a smaller --jobs"
                 raise QdotError(f"a worker process died; run the same command again ({advice})") from None
             # A pool gives its processes one item more than they work on, so at most these items were in progress.
-            for item in items[finished_count : finished_count + jobs + 1]:
+            for item in items[finished_count : finished_count + process_count + 1]:
                 finished_count += 1
                 yield _run_alone(run_pool, item, result_if_lost)
 

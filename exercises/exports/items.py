@@ -311,15 +311,22 @@ def append_boxes(body: str, form: ItemForm, boxes: Sequence[str]) -> str:
 
 def _make_item(request: ExportRequest, slot: Slot, problem: Problem, part: Part) -> QuizItem | None:
     """Return a part of a problem as an item without the variant's key; None if the part can't be asked."""
+    category = make_category(request, slot, problem, part)
+    if not (isinstance(part.answer, ConditionSet) and part.answer.is_singular_set):
+        return _make_item_of_category(request, category, problem, part)
+    short_problem = _ask_short_question(problem, part, request)
+    if short_problem is None:
+        return None
+    return _make_item_of_category(request, category, short_problem, short_problem.parts[0])
+
+
+def _make_item_of_category(
+    request: ExportRequest, category: ItemCategory, problem: Problem, part: Part
+) -> QuizItem | None:
+    """Return a part of a problem as an item of a category; None if the part can't be asked."""
     explains_mistakes = request.includes_feedback("mistake")
     numeric_part: NumericPart | None = None
     form: ItemForm
-    category = make_category(request, slot, problem, part)
-    if isinstance(part.answer, ConditionSet) and part.answer.is_singular_set:  # a short question replaces this one
-        short_problem = _ask_short_question(problem, part, request)
-        if short_problem is None:
-            return None
-        problem, (part,) = short_problem, short_problem.parts
     if isinstance(part.answer, ConditionSet):
         part_with_options = _offer_sets(problem, part, part.answer)
         if part_with_options is None:

@@ -124,12 +124,12 @@ def _check_agreement(
     problem: Problem, part: Part, reference: np.ndarray, derived_values: np.ndarray, is_direction: bool
 ) -> None:
     """Raise QdotError unless both computations agree; directions are compared up to a factor."""
+    expected, derived = reference, derived_values
     if reference.shape == derived_values.shape and is_direction:
         largest_index = np.abs(reference).argmax()
-        derived_values = derived_values / derived_values.ravel()[largest_index]
-        reference = reference / reference.ravel()[largest_index]
-    max_difference = MAX_DISAGREEMENT * max(np.abs(reference).max(), 1e-9)
-    if reference.shape != derived_values.shape or not np.abs(reference - derived_values).max() <= max_difference:
+        expected, derived = (values / values.ravel()[largest_index] for values in (reference, derived_values))
+    max_difference = MAX_DISAGREEMENT * max(np.abs(expected).max(), 1e-9)
+    if expected.shape != derived.shape or not np.abs(expected - derived).max() <= max_difference:
         raise QdotError(f"{problem.id}: {part.name}: its numbers do not agree; please report it")
 
 

@@ -25,12 +25,12 @@ INSTANCE_FOLDER = "courseInstances/qdot"
 
 def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield the course's files. They contain the seeds of the bank's problems, but not the secret."""
-    request = request.without_text_questions("PrairieLearn")
-    assignment = request.assignment
+    supported_request = request.without_text_questions("PrairieLearn")
+    assignment = supported_request.assignment
     key = assignment.key.lower()
     seeds_by_slot: dict[str, list[str]] = {slot.name: [] for slot in assignment.slots}
     parts_by_slot: dict[str, tuple[Part, ...]] = {}
-    for variant in iterate_bank(request):
+    for variant in iterate_bank(supported_request):
         parts_by_slot.setdefault(variant.slot.name, variant.problem.parts)
         seeds_by_slot[variant.slot.name].append(str(variant.problem.id.seed))  # text: JavaScript rounds integers
     topic = {"name": TOPIC, "color": "blue3", "description": "Velocities and singularities of robot arms"}
@@ -41,9 +41,9 @@ def export_prairielearn(request: ExportRequest) -> Generator[ExportedFile, None,
     for slot in assignment.slots:
         yield from _make_question_files(assignment, slot, parts_by_slot[slot.name])
     yield ExportedFile(f"{INSTANCE_FOLDER}/infoCourseInstance.json", _write_json(instance))
-    for kind, assessment in _make_assessments(assignment, request.attempt_count).items():
+    for kind, assessment in _make_assessments(assignment, supported_request.attempt_count).items():
         yield ExportedFile(f"{INSTANCE_FOLDER}/assessments/{key}-{kind}/infoAssessment.json", _write_json(assessment))
-    yield from _make_server_files(request, f"serverFilesCourse/qdot/{key}", seeds_by_slot)
+    yield from _make_server_files(assignment, f"serverFilesCourse/qdot/{key}", seeds_by_slot)
 
 
 def _make_question_files(
@@ -96,9 +96,8 @@ def list_input_names(part: Part) -> list[str]:
 
 
 def _make_server_files(
-    request: ExportRequest, folder: str, seeds_by_slot: dict[str, list[str]]
+    assignment: Assignment, folder: str, seeds_by_slot: dict[str, list[str]]
 ) -> Generator[ExportedFile, None, None]:
-    assignment = request.assignment
     for path, data in read_problem_files(assignment).items():
         yield ExportedFile(f"{folder}/{path}", data, is_private=True)
     # An assignment needs a roster, but the server generates problems without it.

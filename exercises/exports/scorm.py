@@ -38,14 +38,14 @@ _Files = dict[str, str | bytes]
 def export_scorm(request: ExportRequest) -> Generator[ExportedFile, None, None]:
     """Yield a package for each version of SCORM: page, scripts, bank, and the manifest that lists them."""
     assets = find_assets()
-    request = request.without_text_questions("SCORM")
-    assignment = request.assignment
+    supported_request = request.without_text_questions("SCORM")
+    assignment = supported_request.assignment
     for slot in assignment.slots:
-        _report_differences(request, slot)
+        _report_differences(supported_request, slot)
     scripts = {path.relative_to(assets.folder).as_posix(): path.read_bytes() for path in assets.files}
-    files = _make_bank_files(request) | scripts | {"icon.svg": read_favicon()}
+    files = _make_bank_files(supported_request) | scripts | {"icon.svg": read_favicon()}
     for version, name in PACKAGE_NAMES.items():
-        page = _render_page(request, version, assets)
+        page = _render_page(supported_request, version, assets)
         manifest = render(
             f"exports/scorm/manifest-{version}.xml.j2", ident=f"qdot-{assignment.key}",
             title=assignment.title[:MAX_TITLE_LENGTH], paths=sorted({*files, "index.html"}),

@@ -104,14 +104,15 @@ def _split_range(first: int, end: int, decimals: int) -> Iterator[tuple[int, int
     Yield for each block the prefix, and how many digits follow it. In the block that begins with 0, at least one
     decimal is in the prefix.
     """
-    while first < end:
+    block_start = first
+    while block_start < end:
         free_digits = 0
-        while first % 10 ** (free_digits + 1) == 0 and first + 10 ** (free_digits + 1) <= end:
-            if first == 0 and free_digits == decimals - 1:
+        while block_start % 10 ** (free_digits + 1) == 0 and block_start + 10 ** (free_digits + 1) <= end:
+            if block_start == 0 and free_digits == decimals - 1:
                 break
             free_digits += 1
-        yield first // 10**free_digits, free_digits
-        first += 10**free_digits
+        yield block_start // 10**free_digits, free_digits
+        block_start += 10**free_digits
 
 
 def _write_block(prefix: int, free_digits: int, decimals: int) -> tuple[str, str]:

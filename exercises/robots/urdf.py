@@ -1,8 +1,9 @@
-"""Read a robot from a URDF, the robot format of ROS: the axes at home of the joints from a base link to a tip link.
+"""Read a robot from a URDF, the robot format of ROS: the axes of the joints from a base link to a tip link.
 
-Only the properties of a serial chain are read: joints with their type, parent, child, origin, axis, limits and mimic. A
-joint that copies the motion of another joint (mimic) becomes an independent joint. If both joints are in the chain,
-this is an error. The elements `joint` and `link` are specified at http://wiki.ros.org/urdf/XML.
+Only the properties of a serial chain are read: joints with their type, parent, child, origin, axis, limits and mimic.
+All axes are given at home, where all joint variables are zero. A joint that copies the motion of another joint (mimic)
+becomes an independent joint. If both joints are in the chain, this is an error. The elements `joint` and `link` are
+specified at http://wiki.ros.org/urdf/XML.
 
 Files made by CAD programs and by calibration contain rounding errors. Therefore angles near a multiple of pi/12 and
 offsets near zero are snapped: replaced by that multiple, and by zero.
@@ -21,7 +22,7 @@ from qdot.exercises.common.errors import QdotError, list_first, make_name_error
 from qdot.exercises.common.input_file import read_text
 
 JOINT_KINDS = {"revolute": "R", "continuous": "R", "prismatic": "P"}
-"""The joint types that qdot supports apart from "fixed", with their kinds."""
+"""Maps each joint type that qdot supports, apart from "fixed", to the kind of the joint."""
 ANGLE_TOLERANCE = sp.Rational(1, 1000)
 """Tolerance (rad) within which an angle counts as a multiple of pi/12: 1.57, 1.5708 and 3.1416 are common."""
 MAX_OFFSET_TOLERANCE, RELATIVE_OFFSET_TOLERANCE = sp.Rational(1, 1000), sp.Rational(1, 1000)
@@ -140,15 +141,15 @@ class _UrdfReader:
         for option, link in (("--tip", tip), ("--base", base)):
             if link and link not in self.links:
                 raise QdotError(f"{self.path}: {option}: {make_name_error('link', link, self.links)}")
-        tip = tip or self._find_only_end(base)
-        chain_joints = self._list_joints_above(tip)
-        path_links = [*(self.read_link(joint, "parent") for joint in chain_joints), tip]
+        last_link = tip or self._find_only_end(base)
+        joints_from_root = self._list_joints_above(last_link)
+        path_links = [*(self.read_link(joint, "parent") for joint in joints_from_root), last_link]
         if base and base not in path_links:
-            message = f"link {base!r} is not on the way from the root to link {tip!r}"
-            raise QdotError(f"{self.path}: {message}; choose --base from {', '.join(path_links[:-1]) or tip}")
-        chain_joints = chain_joints[path_links.index(base) if base else 0 :]
+            message = f"link {base!r} is not on the way from the root to link {last_link!r}"
+            raise QdotError(f"{self.path}: {message}; choose --base from {', '.join(path_links[:-1]) or last_link}")
+        chain_joints = joints_from_root[path_links.index(base) if base else 0 :]
         if not chain_joints:
-            problem = f"link {tip!r} is the {'base' if base else 'root'}, which no joint moves"
+            problem = f"link {last_link!r} is the {'base' if base else 'root'}, which no joint moves"
             proposal = self.propose_tip(base)
             hint = f", as in --tip {proposal}" if proposal else ""
             raise QdotError(f"{self.path}: {problem}; choose another --tip{hint}")
@@ -172,13 +173,13 @@ class _UrdfReader:
 
     def _list_joints_above(self, link: str) -> list[ElementTree.Element]:
         """Return the joints from the root to a link. Raises QdotError if the links form a loop."""
-        joints = list[ElementTree.Element]()
-        while link in self.parent_joints:
-            joint = self.parent_joints[link]
+        joints, upper_link = list[ElementTree.Element](), link
+        while upper_link in self.parent_joints:
+            joint = self.parent_joints[upper_link]
             if joint in joints:
                 raise self.make_joint_error(joint, "its links form a loop; qdot needs a chain of links")
             joints.insert(0, joint)
-            link = self.read_link(joint, "parent")
+            upper_link = self.read_link(joint, "parent")
         return joints
 
     def _list_links_to(self, link: str) -> list[str]:

@@ -187,8 +187,8 @@ def _make_documentation_pages(docs: Path, command_reference: str) -> Iterator[Pa
 
 def link_pages(body: str) -> str:
     """Return a page of docs/ with links to other pages of the site, and with anchors at its headings."""
-    body = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_write_address(m[1], m[2] or "")}"', body)
-    return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, body)
+    linked_body = re.sub(r'href="([\w-]+)\.md(#[\w-]*)?"', lambda m: f'href="{_write_address(m[1], m[2] or "")}"', body)
+    return re.sub(r"<h([2-4])>(.*?)</h\1>", _add_anchor, linked_body)
 
 
 def _write_address(name: str, anchor: str) -> str:

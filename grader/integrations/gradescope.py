@@ -51,10 +51,9 @@ def grade_submission(
     The deadline and the time of the submission are those in Gradescope's `metadata`.
     """
     deadline = find_due_date(metadata)
-    if deadline is not None:
-        student = replace(student, due_date=deadline)
+    student_with_deadline = student if deadline is None else replace(student, due_date=deadline)
     files = find_student_files(assignment, submission, parse_time(metadata.get("created_at")), "Gradescope")
-    result = get_only_result([grade_one(assignment, student, files, make_limits(seconds))])
+    result = get_only_result([grade_one(assignment, student_with_deadline, files, make_limits(seconds))])
     return make_gradescope_results(result, assignment, visibility)
 
 
@@ -101,10 +100,12 @@ def find_due_date(metadata: Mapping[str, Any]) -> datetime.datetime | None:
 def apply_attempt_policy(
     results: GradescopeResults, metadata: dict[str, Any], policy: AttemptPolicy
 ) -> GradescopeResults:
-    """Return the results with an earlier submission's score if it is higher, or if this submission doesn't count."""
-    previous_submissions = metadata.get("previous_submissions") or ()
-    scored_submissions = [item for item in previous_submissions if isinstance(item.get("score"), int | float | str)]
-    earlier_submissions = [item for item in scored_submissions if not item.get("autograder_error")]
+    """Return the results with an earlier submission's score if that is higher, or if this submission doesn't count."""
+    earlier_submissions = [
+        submission
+        for submission in metadata.get("previous_submissions") or ()
+        if isinstance(submission.get("score"), int | float | str) and not submission.get("autograder_error")
+    ]
     # A submission without a time gets a placeholder, which is before all real times.
     epoch = datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
     default_times = [epoch + datetime.timedelta(days=i) for i in range(len(earlier_submissions))]

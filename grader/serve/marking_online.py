@@ -147,20 +147,21 @@ def mark_practice(person: Person, typed_answers: TypedAnswers) -> MarkedAnswers:
 
 
 _turns, _people_in_turn = threading.Condition(), set[int]()
+"""A condition, and the ids that it guards: those of people whose answers are being judged."""
 
 
 @contextmanager
-def _wait_for_turn(person: int) -> Iterator[None]:
+def _wait_for_turn(person_id: int) -> Iterator[None]:
     """Wait until no other answer of a person is being judged. Raises TimeoutError if this takes too long."""
     with _turns:
-        if not _turns.wait_for(lambda: person not in _people_in_turn, TURN_SECONDS):
+        if not _turns.wait_for(lambda: person_id not in _people_in_turn, TURN_SECONDS):
             raise TimeoutError
-        _people_in_turn.add(person)
+        _people_in_turn.add(person_id)
     try:
         yield
     finally:
         with _turns:
-            _people_in_turn.remove(person)
+            _people_in_turn.remove(person_id)
             _turns.notify_all()
 
 

@@ -49,7 +49,7 @@ def write_links(
     tokens = {compute_digest(token): token for _, _, token in old_links}
     if tokens and not Person.objects.filter(link_digest__in=list(tokens)).exists():
         raise QdotError(f"none of the links in {path} belongs to this class; choose another file with --out")
-    url = url or next((old_url for old_url, _, _ in old_links if old_url), find_options().url)
+    service_url = url or next((old_url for old_url, _, _ in old_links if old_url), find_options().url)
     rows, written = list[tuple[str, ...]](), WrittenLinks(0, [], [], [])
     with transaction.atomic():
         for person in people:
@@ -60,7 +60,7 @@ def write_links(
             if token is None:
                 written.unknown.append(person)
             else:
-                rows.append((person.student_id, person.name, person.email, f"{url}{PATH}{token}"))
+                rows.append((person.student_id, person.name, person.email, f"{service_url}{PATH}{token}"))
         if written.unknown and not rows:
             advice = "find the earlier table, or make new links with --renew; the old ones then stop working"
             raise QdotError(f"{path} doesn't exist, and qdot can't write links again: {advice}")

@@ -122,14 +122,13 @@ def run_service(
 
 def open_server(application: Any, url: str, host: str, port: int) -> Any:
     """Return a web server that listens. Raises OSError if it can't."""
-    proxy = dict[str, str]()
-    if url.startswith("https:"):
-        proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
-        application = partition_cookies(application)
+    is_behind_proxy = url.startswith("https:")
+    proxy = {"trusted_proxy": "*", "trusted_proxy_headers": "x-forwarded-for x-forwarded-proto"}
     return create_server(
-        application, host=host, port=port, threads=THREADS, ident=None, clear_untrusted_proxy_headers=True,
-        max_request_body_size=MAX_REQUEST_BYTES, connection_limit=MAX_CONNECTIONS, channel_timeout=IDLE_SECONDS,
-        asyncore_use_poll=True, **proxy,
+        partition_cookies(application) if is_behind_proxy else application, host=host, port=port, threads=THREADS,
+        ident=None, clear_untrusted_proxy_headers=True, max_request_body_size=MAX_REQUEST_BYTES,
+        connection_limit=MAX_CONNECTIONS, channel_timeout=IDLE_SECONDS, asyncore_use_poll=True,
+        **(proxy if is_behind_proxy else {}),
     )  # fmt: skip
 
 

@@ -46,7 +46,6 @@ def find_options() -> ServiceOptions:
 def configure(options: ServiceOptions) -> None:
     """Configure Django for this process. Raises QdotError for a wrong address of a database or of the service."""
     address = _parse_url(options.url)
-    options = replace(options, url=address.geturl())
     is_secure = address.scheme == "https"
     cookie_prefix = "__Host-" if is_secure else ""  # no other host can set such cookies
     options.online_folder.mkdir(mode=0o700, exist_ok=True)
@@ -111,7 +110,7 @@ def configure(options: ServiceOptions) -> None:
                 "qdot": {"handlers": ["stderr"], "level": "INFO"},
             },
         },
-        QDOT=options,
+        QDOT=replace(options, url=address.geturl()),
     )
     django.setup()
 

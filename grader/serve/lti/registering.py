@@ -50,9 +50,9 @@ class CopiedValues:
 def begin_registration(platform_name: str, site: str) -> LtiRegistration:
     """Begin to register the platform at `site`. A registration of it that was begun before is replaced."""
     _find_platform(platform_name)
-    site = _check_address("--site", site)
-    LtiRegistration.objects.filter(name=site, issuer="").delete()
-    registration = LtiRegistration(name=site)
+    address = _check_address("--site", site)
+    LtiRegistration.objects.filter(name=address, issuer="").delete()
+    registration = LtiRegistration(name=address)
     registration.client_id = str(registration.uuid)  # no two registrations have the same issuer and client ID
     registration.save()
     renew_keys(timezone.now())
