@@ -113,8 +113,8 @@ def collect(assignment: Assignment, host: Host) -> list[CollectedRepository]:
         if len(unreached_students) == len(rows):
             raise QdotError("no repository could be fetched; check the names in repositories.csv and the token")
         if unreached_students:
-            table = format_csv([("student", "why"), *unreached_students])
-            (fetched_folder / NOT_FETCHED_FILE).write_text(table, encoding="utf-8")
+            unreached_table = format_csv([("student", "why"), *unreached_students])
+            (fetched_folder / NOT_FETCHED_FILE).write_text(unreached_table, encoding="utf-8")
         submitted_folder = assignment.folder / "submitted"
         if submitted_folder.exists():
             submitted_folder.rename(Path(work_folder, "before"))

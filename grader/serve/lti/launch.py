@@ -176,6 +176,7 @@ class Launch(DjangoMessageLaunch):
             )  # fmt: skip
         except jwt.InvalidTokenError as error:
             raise LtiException(f"the message is not valid: {error}") from error
+        # With several audiences, the claim azp names the tool that the message is for.
         has_one_audience = isinstance(claims["aud"], str) or len(claims["aud"]) == 1
         if claims.get("azp", client_id if has_one_audience else "") != client_id:
             raise LtiException("the message is for another tool")
