@@ -187,7 +187,7 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
 
     All values have few digits: angles are multiples of 10 degrees, rates of 0.1, velocities of 0.05, and loads of 1.
     """
-    needs_full_rank = not part.details.given_joints
+    min_conditioning = inversion.find_min_conditioning(chain) / 2  # less strict than for questions that invert J
     for _ in range(CONFIGURATION_COUNT):
         for _ in range(MAX_TRIES):
             lengths = {
@@ -195,8 +195,7 @@ def _sample_configurations(chain: Chain, part: Part, stream: Stream) -> Iterator
                 for symbol, value in sample_unequal_lengths(chain, stream).items()
             }
             joints = inversion.sample_joint_values(chain, stream)
-            min_conditioning = inversion.find_min_conditioning(chain) / 2 if needs_full_rank else 0.0
-            if not needs_full_rank or inversion.compute_conditioning(chain, lengths, joints) > min_conditioning:
+            if part.details.given_joints or inversion.compute_conditioning(chain, lengths, joints) > min_conditioning:
                 break
         rate_values = {rate: sp.Rational(stream.nonzero_integer(9), 10) for rate in chain.rates}
         velocity_values = {sp.Symbol(row): sp.Rational(stream.nonzero_integer(8), 20) for row in chain.task}

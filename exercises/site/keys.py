@@ -481,6 +481,7 @@ def _sample_pieces(problem: Problem, part: Part, answer: ConditionSet) -> list[A
     rows_by_piece = []
     for text in answer.list_pieces():
         for piece in space.parse_reference([parse_formula(text, domain.roles)]):
+            # Some of the sampled configurations can't be moved onto the piece, so more than needed are sampled.
             values = space.sample_piece(piece, {*joints, *symbols}, stream, 4 * CONFIGURATIONS_PER_PIECE)
             exact_values = {atom.joint: evaluate_constant(atom.expression) for atom in piece if atom.joint is not None}
             columns = []
