@@ -223,7 +223,7 @@ class Slot:
 
     @property
     def points_by_question(self) -> dict[str, float]:
-        """The questions of the slot, in order, each with its points."""
+        """Maps each question of the slot, in order, to its points."""
         return dict(zip(self.questions, self.max_points, strict=True))
 
     def make_problem_id(self, secret: str, student: str, seed_number: int = 1) -> ProblemId:

@@ -50,7 +50,7 @@ LAST_NAME_KEY = "last name of the export"
 """The key of the last name in a RosterLine made from an export; a name that no column of an instructor has."""
 
 NumberedRows = Sequence[tuple[int, tuple[str, ...]]]
-"""The cells of each row of a table, after the number of its line in the file."""
+"""The rows of a table, each as the number of its line in the file, and its cells."""
 RosterLine = dict[str, str]
 """A student as a line of a roster: cells by column, with at least the columns student, name and email."""
 

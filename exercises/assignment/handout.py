@@ -92,7 +92,7 @@ def write_folders(assignment: Assignment, out: Path) -> Handout:
 def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
     """Write a folder to upload to any file server, with a page and the notebook at one address for each student.
 
-    `address` is the address of the uploaded folder; the table for a mail merge has only paths if it is "". Addresses
+    `address` is the address of the uploaded folder; if it is "", the table for a mail merge has only paths. Addresses
     of students who are no longer on the roster are removed.
     """
     notebooks = read_notebooks(assignment)

@@ -90,7 +90,7 @@ def read_table_text(path: Path, missing_hint: str = "") -> str:
 
 
 _MULTI_BYTE_CHARACTER = re.compile(rb"[\xc2-\xdf][\x80-\xbf]|[\xe0-\xef][\x80-\xbf]{2}|[\xf0-\xf4][\x80-\xbf]{3}")
-"""A multi-byte character of UTF-8; in Windows-1252, it would be an accented letter before a symbol."""
+"""Matches a multi-byte character of UTF-8; in Windows-1252, its bytes would be an accented letter before a symbol."""
 
 
 def _read_bytes(path: Path, missing_hint: str) -> bytes:

@@ -56,10 +56,10 @@ def map_in_order(
     Each process creates its state once by `setup(*arguments)`. At the end, it calls the state's method `close`, if
     there is one. Close the generator (`contextlib.closing`) so that the processes end after Ctrl-C or an exception.
 
-    If a process dies, QdotError is raised after the finished results. If there is a `result_if_lost`, the items that
-    may have been in progress are repeated instead, each in a separate process. If an item kills two processes, its
-    result is `result_if_lost(item)`. So `function` must be safe to repeat. With one job and without `result_if_lost`,
-    everything runs in this process.
+    If a process dies, QdotError is raised after the finished results are yielded. If there is a `result_if_lost`, the
+    items that may have been in progress are repeated instead, each in a separate process. If an item kills two
+    processes, its result is `result_if_lost(item)`. So `function` must be safe to repeat. With one job and without
+    `result_if_lost`, everything runs in this process.
     """
     process_count = min(jobs, len(items))
     if process_count < 1 or (process_count == 1 and result_if_lost is None):

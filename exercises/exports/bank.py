@@ -31,7 +31,8 @@ ConvertProblem = Callable[[ExportRequest, Slot, Problem], Conversion]
 """A function that converts a problem for an export. It must be defined in a module, so that other processes can
 unpickle it."""
 _WorkerState = tuple[ExportRequest, Slot, ConvertProblem[Conversion], set[str]]
-"""The state of a worker process: the request, the slot, the conversion, and the fingerprints of existing problems."""
+"""The state of a worker process: the request, the slot, the function that converts problems, and the fingerprints of
+existing problems."""
 
 
 class _Candidate(NamedTuple, Generic[Conversion]):

@@ -26,9 +26,9 @@ HANDWRITING_WIDTH = 4.8
 MIN_WORKING_SPACE, WORKING_SPACE_PER_CHARACTER, MAX_WORKING_SPACE = 8, 0.014, 40
 """Working space in mm: its minimum, its increase for each character of the worked solution, and its maximum."""
 MIN_SHARE, PACKED_SHARE = 0.65, 0.25
-"""Minimum shares of the working space that remain on a long sheet.
+"""Minimum share of the working space that a box keeps on a long sheet.
 
-The second one is for sheets whose pages are filled up: there, the parts on a page share its free space.
+The second one is for layouts in which the boxes on a page also divide the page's free space among them.
 """
 WORKING_SPACE_STEP = 5
 """Working space is a multiple of this many mm, so that students can't infer the length of the solution."""
@@ -45,10 +45,10 @@ _SINGLE_ENTRY_MATRIX = re.compile(r"^\$\\begin\{bmatrix\} ([^&\\]*(?:\\(?!\\)[^&
 class AnswerBox:
     """A box for an answer: blank space for working, then rows of cells.
 
-    The space is `working_space` mm high. If `holds_letters`, there is one cell for each letter instead of rows. If
-    pages are filled up, the space is `min_working_space` mm plus a share of the page's free space, in proportion to
-    `working_space`. `row_height` is the height of a row in mm. `labels` (LaTeX) are printed before numbers or above
-    letters, and `units` are printed after numbers.
+    The space is `working_space` mm high. In a layout in which the boxes on a page divide its free space, the space is
+    `min_working_space` mm plus a part of the free space in proportion to `working_space`. If `holds_letters`, there is
+    one cell for each letter instead of rows. `row_height` is the height of a row in mm. `labels` (LaTeX) are printed
+    before numbers or above letters, and `units` are printed after numbers.
     """
 
     working_space: int
@@ -149,7 +149,7 @@ def compute_share_that_fits(boxes: Sequence[AnswerBox], fixed_height: int, page_
 
 
 def scale_working_space(box: AnswerBox, share: float) -> AnswerBox:
-    """Return a box with a share of its working space; with share 1, it keeps all its space if pages are filled up."""
+    """Return a box with a share of its working space; with share 1, `min_working_space` is all of the space."""
     min_working_space = box.working_space if share == 1 else round(PACKED_SHARE * box.working_space)
     return replace(box, working_space=round(share * box.working_space), min_working_space=min_working_space)
 

@@ -20,7 +20,7 @@ DEFAULT_ATTEMPTS = 3
 """Number of attempts at a question on platforms that limit attempts, unless the assignment sets another number."""
 
 ComputeEarnedShare = Callable[[Problem, Part, str], Fraction]
-"""A function that returns the share of a part's points for a typed answer."""
+"""A function that returns the share of a part's points that a typed answer earns."""
 
 
 def _raise_failure(failure: FailedSlot) -> None:

@@ -242,7 +242,7 @@ def make_items_for_students(request: ExportRequest) -> Generator[QuizItem, None,
 
 
 def collect_image_files(quiz_items: Iterable[QuizItem]) -> dict[str, str | bytes]:
-    """Return the files of the items' figures, sorted by path: path in a package and content."""
+    """Map the path in a package of each figure of the items to the content of its file, sorted by path."""
     pictures = (picture for item in quiz_items for picture in find_pictures((*item.body, *item.solution)))
     return dict(sorted((f"images/{name_picture_file(picture)}", make_svg_file(picture)) for picture in pictures))
 

@@ -94,7 +94,7 @@ def export_paper(request: ExportRequest, file_type: str) -> Generator[ExportedFi
 def make_pdf_preview(assignment: Assignment, name: str, problems: Sequence[Problem], has_solutions: bool) -> bytes:
     """Return a PDF with some problems of an assignment, which are not certified. Raises QdotError.
 
-    It is an exam if the assignment has a front page, and otherwise a handout.
+    The PDF is an exam if the assignment has a front page, and otherwise a handout.
     """
     require_extra("pdf", "PDF")
     sheet_kind = "handout" if assignment.front_page == FrontPage() else "exam"

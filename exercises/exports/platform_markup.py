@@ -41,13 +41,13 @@ def draw_arm(problem: Problem, name: str = "arm") -> Picture:
 
 
 def draw_prompt_figure(problem: Problem, part: Part, name: str) -> Picture | None:
-    """Return the figure of a part's prompt; None if it has none."""
+    """Return the figure of a part's prompt; None if the prompt has no figure."""
     svg = draw_part_svg(problem.chain, part, name)
     return Picture(name, svg, describe_part_figure(problem.chain, part)) if svg else None
 
 
 def draw_solution_figure(problem: Problem, part: Part, name: str) -> Picture | None:
-    """Return the figure of a part's worked solution; None if it has none."""
+    """Return the figure of a part's worked solution; None if the solution has no figure."""
     svg = draw_singular_configurations(problem, part, name)
     return Picture(name, svg, "The arm in a regular and in its singular configurations") if svg else None
 

@@ -74,7 +74,7 @@ def _make_question_files(
 
 
 def choose_element(answer: Answer) -> str:
-    """Return the name of the element in question.html that asks for an answer, the same for all variants of a slot."""
+    """Return the name of the element in question.html that asks for an answer; all variants of a slot have the same."""
     if isinstance(answer, Number):
         return "wholes" if answer.is_count else "numbers"
     kinds = ((Matching, "match"), (Selection, "several"), (Choice, "choice"))

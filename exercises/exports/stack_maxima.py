@@ -87,7 +87,7 @@ def write_definitions(problem: Problem, functions: tuple[str, ...], *constants: 
 def list_short_names(problem: Problem) -> dict[str, str]:
     """Return short names such as c12 and other spellings such as theta_2, each with its meaning in Maxima.
 
-    They mean the same as in answers that qdot grades.
+    The names mean the same as in answers that qdot grades.
     """
     symbols = frozenset(problem.domain.roles)
     meanings = {}

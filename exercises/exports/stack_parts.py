@@ -442,13 +442,13 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
 
 
 def _write_floats(matrix: sp.Matrix, is_single: bool) -> str:
-    """Return a number or a column as Maxima code with decimals; powers of ten stay exact."""
+    """Return a number, or a column of numbers, as Maxima code (see `_write_float`)."""
     values = [_write_float(float(value)) for value in matrix]
     return values[0] if is_single else f"matrix({', '.join(f'[{value}]' for value in values)})"
 
 
 def _write_float(value: float) -> str:
-    """Return a number with a power of ten exactly if Maxima would print it with an exponent.
+    """Return a number as Maxima code, with a power of ten if Maxima would otherwise print it with an exponent.
 
     >>> _write_float(0.25), _write_float(-0.00027), _write_float(0.0)
     ('0.25', '-2.7*10^(-4)', '0')

@@ -120,7 +120,7 @@ def _name_files(contents: Mapping[str, Json], language_ending: str) -> dict[str,
 
 
 def list_endings(entry: Json) -> list[str]:
-    """Return the endings of the names of a problem's files after its key, given its entry in index.json."""
+    """Return what follows the key in the names of a problem's files, given the problem's entry in index.json."""
     stems = ["", *(f"/{name}" for name in entry["questions"])]
     return [f"{stem}{ending}" for stem in stems for ending in LANGUAGE_ENDINGS]
 

@@ -86,7 +86,7 @@ class BankProblem:
     def generate(self, seed_number: int = 1) -> Problem:
         """Return the problem; a `seed_number` above 1 gives a replacement if the problem failed its certificate.
 
-        No other problem has these seeds.
+        No other problem has the seed of a replacement.
         """
         if self.problem is not None:
             return self.problem

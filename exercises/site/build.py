@@ -20,7 +20,7 @@ from qdot.exercises.writing.render import render
 SIZES_FILE = f"{bank.BANK_FOLDER}/sizes.json"
 """The sizes of the files of each problem: {"files": {"FAMILY/KEY": {ending: bytes}}}."""
 GALLERY_FOLDER = "docs/families/"
-"""The folder with the pictures of the gallery; unlike other files, they are available offline."""
+"""The folder with the pictures of the gallery, which are available offline, unlike the documentation's other files."""
 
 
 @dataclass(frozen=True)

@@ -171,7 +171,7 @@ class _KeyMaker(AnswerVisitor[Json]):
         return [[_make_mistake_record(blame.mistake, blame.sentence) for blame in blames] for blames in option_blames]
 
     def _collect(self, mistakes: Iterator[Json]) -> list[Json]:
-        """Return the records of mistakes, which are computed only now; none unless the key has mistakes."""
+        """Return the records of mistakes; if the key has none, return an empty list without computing them."""
         return list(mistakes) if self.with_mistakes else []
 
 

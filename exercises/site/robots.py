@@ -56,7 +56,7 @@ def _make_table_of_chain(chain: Chain, title: str) -> Json:
 
 
 def _write_entry(value: sp.Expr, joint_number: int) -> str:
-    """Return a table entry in the notation for typing: joint i is qi, and numbers have six digits."""
+    """Return a table entry in the notation for typing: the variable of joint i is qi, and numbers have six digits."""
     joint_names = {sp.Symbol(f"{name}{joint_number}"): sp.Symbol(f"q{joint_number}") for name in ("theta", "d")}
     rounded_numbers = {number: sp.Float(f"{float(number):.6g}") for number in value.atoms(sp.Float)}
     shortened_value = value.xreplace(joint_names).xreplace(rounded_numbers)

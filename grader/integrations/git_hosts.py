@@ -39,8 +39,8 @@ class Push:
 class Host:
     """A server with repositories, with the login and the token for git and for the server's API.
 
-    `owner` is the owner of the repositories if repositories.csv does not name one. `list_pushes` yields the pushes to a
-    branch from a host, a repository OWNER/NAME and the branch; the latest push comes first.
+    `owner` is the owner of the repositories if repositories.csv does not name one. `list_pushes(host, repository,
+    branch)` yields the pushes to a branch of a repository OWNER/NAME; the latest push comes first.
     """
 
     server_url: str

@@ -24,7 +24,7 @@ def restore_cells(
 ) -> list[Cell]:
     """Return a student's cells with a new cell for marks after each answer; `points` maps parts to their points.
 
-    A person marks the answers to `text_parts`; these have no other cell for their marks.
+    A person marks the answers to `text_parts`, so these answers have no separate cell for marks.
 
     nbgrader's metadata are recreated, so that students' changes to them neither affect the marks nor stop the grading.
     If several cells have the name of an answer, the first cell keeps the name. A cell for marks that a student has

@@ -112,7 +112,7 @@ class Judge:
 
 
 MAX_REMEMBERED = 256
-"""Maximum number of students whose problems stay in memory, and of classes whose answers do."""
+"""Maximum number of students whose problems, and of classes whose answers, stay in memory."""
 
 
 def _remember(memory: dict[Key, Value], key: Key, make: Callable[[], Value]) -> Value:
@@ -141,7 +141,7 @@ class MarkedAnswers:
 
 
 QUICK_JUDGING, QUICK_DIAGNOSING = 3.0, 2.0
-"""Seconds of processor time for answers that students wait for; most need less than one."""
+"""Maximum seconds of processor time for answers that students wait for; most answers need less than one second."""
 
 
 def mark_typed_answers(judge: Judge, request: TypedAnswers) -> MarkedAnswers | None:
@@ -184,7 +184,7 @@ def limit_open_feedback(assignment: Assignment) -> Assignment:
 def show_marks(
     assignment: Assignment, stored_problems: StoredProblems, marks: NotebookMarks, omitted_slots: set[str]
 ) -> dict[str, ShownPart]:
-    """Return what the student's page shows of the marks, by part, while answers can still be submitted."""
+    """Map each part to what the student's page shows of its marks while answers can still be submitted."""
     shown, level = dict[str, ShownPart](), limit_open_feedback(assignment).feedback
     for number, ((slot, problem), result) in enumerate(zip(stored_problems.problems, marks.problems, strict=True), 1):
         if slot in omitted_slots:

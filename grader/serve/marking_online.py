@@ -279,7 +279,7 @@ def _read_file(assignment: Assignment, name: str, content: bytes) -> Attempt:
 
 
 def read_upload(person: Person, assignment: Assignment, name: str, content: bytes) -> Attempt:
-    """Return the notebook in a file that a person submits; only one file is read at a time. Raises TimeoutError."""
+    """Return the notebook in a file that a person submits; a person's files are read in turn. Raises TimeoutError."""
     with _wait_for_turn(person.pk):
         safe_name = re.sub(r"[^\w. ()-]", "_", name)[-60:]  # short enough for every file system
         return _read_file(assignment, safe_name, content)

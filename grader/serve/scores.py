@@ -18,7 +18,7 @@ from qdot.grader.judging.verdict import Outcome
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, Submission
 
 LARGE_FIELDS = ("content", "answers", "marks", "shown", "remarked")
-"""The fields that are loaded only for submissions that need them."""
+"""The fields of a submission that are loaded only when they are needed."""
 NOTHING_SUBMITTED = "nothing was submitted"
 
 

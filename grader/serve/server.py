@@ -37,7 +37,8 @@ THREADS, MAX_CONNECTIONS, IDLE_SECONDS = 32, 800, 30
 
 A browser keeps several connections open; at the maximum, nobody else gets in."""
 SECONDS_BETWEEN_CHECKS = 2.0
-"""Number of seconds between two checks of the claim, of the queue process, and for unmarked submissions."""
+"""Number of seconds between two checks whether the claim and the queue process still exist, and for submissions that
+are unmarked."""
 MAX_REQUEST_BYTES = 25_000_000
 """Maximum size of a request, which is more than that of a notebook (`submitting`)."""
 CLAIM_FILE, CLAIM_NUMBER = "service.lock", 0x71646F74

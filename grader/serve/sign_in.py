@@ -93,5 +93,5 @@ def sign_out(request: HttpRequest) -> HttpResponse:
 
 
 def compute_digest(token: str) -> str:
-    """Return the digest by which the token of a personal link is stored."""
+    """Return the digest of a personal link's token, which is stored instead of the token."""
     return hashlib.sha256(token.encode()).hexdigest()

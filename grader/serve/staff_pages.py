@@ -47,7 +47,7 @@ def record_action(person: Person, summary: str) -> None:
 
 
 def find_version(classroom: Classroom, key: str) -> str:
-    """Return a text that changes whenever the page of the class must change."""
+    """Return a text that changes whenever the page of the class has something new to show."""
     submissions = Submission.objects.filter(person__classroom=classroom, assignment=key)
     counts = submissions.aggregate(last=Max("pk"), marked=Count("marks"))
     refused = find_refused(classroom, key).count()
