@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.release import (
     ReleaseResult,
-    make_certificate_path,
     init_assignment,
+    make_certificate_path,
     make_notebook_path,
     release_notebooks,
 )
