@@ -123,8 +123,8 @@ AXES_IN_WORDS = {
     "zeros": "joint offsets: angles with well-known sines, such as 30°, and distances in centimetres",
     "senses": "directions of axes: a twist of 90° may become −90°, and one of 0° may become 180°",
     "base": "position and orientation of the base: on the floor, on a wall, under the ceiling",
-    "tool": "position of the point of interest: the origin of the last frame, or beside or beyond it",
-    "task": "the rows of the task: the plane in which an arm stands",
+    "tool": "point of interest: at, beside or beyond the origin of the last frame",
+    "task": "the plane in which an arm stands, and so the rows of its task",
 }
 """What each axis of variation changes, in words."""
 
