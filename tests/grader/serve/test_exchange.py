@@ -49,19 +49,20 @@ def submit_at_random(service: Service, rng: random.Random) -> None:
             text = rng.choice((right, right, right.replace("+", "-"), right.replace("sin", "cos"), "theta1 +"))
             reply = browsers[student].answer(f"{slot}.{part.name}", text)
             assert reply.status_code in (200, 409), reply.content
-    results = staff.get("/a/hw/class/results").json()
-    person = service.people["s001"].pk
-    decisions = [
-        *({"group": group["group"], "points": 0.5, "comment": ""} for group in results["groups"][:1]),
-        {"student": person, "part": "p1.jacobian", "points": 1.25, "comment": "half"},
-        {"student": person, "part": "", "points": None, "comment": "well done"},
-        *({**row, "points": 2, "answer": row["text"], "comment": "good"} for row in results["to_mark"]),
-    ]
-    for decision in decisions:
-        assert staff.send("POST", "/a/hw/class/overrides", decision).status_code == 200
-    if service.assignment.due_date is not None:
-        due = (START + datetime.timedelta(days=1, hours=3)).isoformat()
-        assert staff.send("POST", "/a/hw/class/extensions", {"student": person, "due": due}).status_code == 200
+    with set_clock(now):
+        results = staff.get("/a/hw/class/results").json()
+        person = service.people["s001"].pk
+        decisions = [
+            *({"group": group["group"], "points": 0.5, "comment": ""} for group in results["groups"][:1]),
+            {"student": person, "part": "p1.jacobian", "points": 1.25, "comment": "half"},
+            {"student": person, "part": "", "points": None, "comment": "well done"},
+            *({**row, "points": 2, "answer": row["text"], "comment": "good"} for row in results["to_mark"]),
+        ]
+        for decision in decisions:
+            assert staff.send("POST", "/a/hw/class/overrides", decision).status_code == 200
+        if service.assignment.due_date is not None:
+            due = (START + datetime.timedelta(days=1, hours=3)).isoformat()
+            assert staff.send("POST", "/a/hw/class/extensions", {"student": person, "due": due}).status_code == 200
 
 
 @pytest.mark.parametrize("policy", ["", LATE, BEST], ids=("last", "late", "best"))
