@@ -135,12 +135,15 @@ class _CompiledPiece:
         """Move the free joints until they converge; return for each configuration whether its search converged."""
         last_steps = np.full(_count_configurations(values), np.inf)
         # Use the sizes at the random start: near a zero, terms may be small, such as the only term of sin(theta).
-        typical_sizes = _reduce_without_warning(np.nanmedian, self.compute_residuals(values).sizes)
+        start_residuals, start_sizes = self.compute_residuals(values)
+        typical_sizes = _reduce_without_warning(np.nanmedian, start_sizes)
+        # A rounding error at every random start is no zero to move to: sin(pi)*sin(theta1) vanishes everywhere.
+        varies = ~np.all(np.abs(start_residuals) <= 1e-15 * start_sizes, axis=1)
         for _ in range(_MAX_STEPS):
-            residual, _ = self.compute_residuals(values)
+            residual = self.compute_residuals(values).values * varies[:, None]
             if not self.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
                 break
-            derivatives = self.compute_derivatives(values, square_residuals)
+            derivatives = self.compute_derivatives(values, square_residuals) * varies[:, None]
             if square_residuals:
                 residual = residual**2
             is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)

@@ -182,7 +182,7 @@ _QUOTIENTS = {"tan": ("sin", "cos"), "cot": ("cos", "sin"), "sec": ("", "cos"), 
 
 
 def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], list[Node]]:
-    """Return the different factors and divisors of a product that contain joints, without their powers."""
+    """Return the different factors and divisors of a product that may vanish, without their powers."""
     is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value != 0
     if is_power or node.kind == "neg" or (node.kind == "call" and node.value == "abs"):
         factors, divisors = _split_product(node.args[0], joints)
@@ -191,7 +191,7 @@ def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], li
         (factors, divisors), other_split = (_split_product(arg, joints) for arg in node.args)
         other_factors, other_divisors = other_split if node.kind == "*" else other_split[::-1]
         return list(dict.fromkeys(factors + other_factors)), list(dict.fromkeys(divisors + other_divisors))
-    if not find_names(node) & joints:
+    if _is_nonzero_constant(node, joints):
         return [], []
     if node.kind == "call" and node.value in _QUOTIENTS:
         factors, divisors = ([Node("call", node.args, name)] if name else [] for name in _QUOTIENTS[node.value])
@@ -199,13 +199,23 @@ def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], li
     return [node], []
 
 
-def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:
-    """Return whether a quotient surely vanishes at almost all zeros of each of its factors.
+def _is_nonzero_constant(node: Node, joints: AbstractSet[str]) -> bool:
+    """Return whether a constant surely differs from zero, unlike 0, a1 - a2, cos(alpha1), and the whole number k."""
+    kinds = {part.kind for part in iterate_nodes(node)}
+    has_zero = any(_is_zero(part) for part in iterate_nodes(node))
+    functions = {part.value for part in iterate_nodes(node) if part.kind == "call"}
+    may_cancel = "-" in kinds or {"+", "neg"} <= kinds
+    may_vanish = has_zero or may_cancel or bool(functions - {"sqrt", "abs"})
+    return not may_vanish and not find_names(node) & (joints | set(WHOLE_NUMBER_NAMES))
 
-    For example, tan(theta1)*cos(theta1) does not. Each divisor must be a joint variable, or the sine or cosine of a sum
+
+def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:
+    """Return whether a quotient surely vanishes at almost all zeros of each of its factors, and only there.
+
+    For example, tan(theta1)*cos(theta1) and 0*sin(theta1) do not. Each divisor must be a joint variable, or the sine or cosine of a sum
     of joint variables, and must differ from zero at almost all zeros of the factors.
     """
-    are_defined = all(_is_defined_everywhere(factor, joints) for factor in factors)
+    are_defined = all(find_names(factor) & joints and _is_defined_everywhere(factor, joints) for factor in factors)
     pairs = product(divisors, factors)
     return are_defined and all(_is_nonzero_at_zeros(divisor, factor, joints) for divisor, factor in pairs)
 

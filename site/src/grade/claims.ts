@@ -3,7 +3,7 @@
 import { evaluate } from "../read/evaluate.js";
 import { countNodes } from "../read/products.js";
 import type { Node } from "../read/tree.js";
-import { call, decimal, hasNameOf, integer, isConstant, isListOrSet, findNames } from "../read/tree.js";
+import { anyNode, call, decimal, hasNameOf, integer, isConstant, isListOrSet, findNames } from "../read/tree.js";
 import { node, ParseError, replaceName } from "../read/tree.js";
 import { VOCABULARY } from "../read/vocabulary.js";
 
@@ -220,10 +220,10 @@ const QUOTIENTS: Readonly<Record<string, readonly [string, string]>> = {
 
 type Product = { readonly factors: readonly Node[]; readonly divisors: readonly Node[] };
 
-/** Return the factors of a product and its divisors, both without powers; each is different and contains joints. */
+/** Return the different factors and divisors of a product that may vanish, without their powers. */
 function splitProduct(tree: Node, joints: ReadonlySet<string>): Product {
   const [first, second] = tree.args;
-  const exponent = tree.kind === "^" && second && ["number", "decimal"].includes(second.kind) ? second.value : 0;
+  const exponent = tree.kind === "^" ? numberOf(second) || 0 : 0;
   if (first && (exponent !== 0 || tree.kind === "neg" || (tree.kind === "call" && tree.text === "abs"))) {
     const { factors, divisors } = splitProduct(first, joints);
     return exponent < 0 ? { factors: divisors, divisors: factors } : { factors, divisors };
@@ -237,10 +237,19 @@ function splitProduct(tree: Node, joints: ReadonlySet<string>): Product {
       divisors: omitRepeated([...left.divisors, ...rightDivisors]),
     };
   }
-  if (!hasNameOf(tree, joints)) return { factors: [], divisors: [] };
+  if (isNonzeroConstant(tree, joints)) return { factors: [], divisors: [] };
   const [numerator, denominator] = (tree.kind === "call" && QUOTIENTS[tree.text]) || [];
   if (denominator === undefined) return { factors: [tree], divisors: [] };
   return { factors: numerator ? [call(numerator, ...tree.args)] : [], divisors: [call(denominator, ...tree.args)] };
+}
+
+/** Return whether a constant surely differs from zero, unlike 0, a1 - a2, cos(alpha1), and the whole number k. */
+function isNonzeroConstant(tree: Node, joints: ReadonlySet<string>): boolean {
+  const has = (...kinds: string[]) => anyNode(tree, ({ kind }) => kinds.includes(kind));
+  const mayVanish = (part: Node) =>
+    part.kind === "call" ? !["sqrt", "abs"].includes(part.text) : numberOf(part) === 0;
+  const mayCancel = has("-") || (has("+") && has("neg"));
+  return !mayCancel && !anyNode(tree, mayVanish) && !hasNameOf(tree, joints) && findWholeNumbers(tree).length === 0;
 }
 
 /** Return a text that is the same for equal trees only. */
@@ -251,8 +260,9 @@ const omitRepeated = (trees: readonly Node[]): Node[] => [
 ];
 
 /**
- * Return whether a quotient surely vanishes at almost all zeros of each factor: tan(theta1)*cos(theta1) does not.
+ * Return whether a quotient surely vanishes at almost all zeros of each factor, and only there.
  *
+ * For example, tan(theta1)*cos(theta1) and 0*sin(theta1) do not.
  * A divisor must be a joint variable, or the sine or cosine of a sum of these, and not vanish wherever a factor does.
  */
 const vanishesWithEachFactor = (
@@ -260,7 +270,7 @@ const vanishesWithEachFactor = (
   divisors: readonly Node[],
   joints: ReadonlySet<string>,
 ): boolean =>
-  factors.every((factor) => isDefinedEverywhere(factor, joints)) &&
+  factors.every((factor) => hasNameOf(factor, joints) && isDefinedEverywhere(factor, joints)) &&
   divisors.every((divisor) => factors.every((factor) => isNonzeroAtZeros(divisor, factor, joints)));
 
 const isWave = (tree: Node): boolean => tree.kind === "call" && (tree.text === "sin" || tree.text === "cos");
@@ -298,11 +308,13 @@ function isDefinedEverywhere(tree: Node, joints: ReadonlySet<string>): boolean {
   return tree.args.every((arg) => isDefinedEverywhere(arg, joints));
 }
 
+/** Return the value of a number; NaN for anything else. */
+const numberOf = (tree?: Node): number => (tree && ["number", "decimal"].includes(tree.kind) ? tree.value : NaN);
+
 /** Return an expression with the same zeros: X for sqrt(X) or X^4. The search for zeros needs a nonzero slope there. */
 function simplifyZero(tree: Node): Node {
   const [first, second] = tree.args;
   if (!first) return tree;
-  const numberOf = (side?: Node) => (side && ["number", "decimal"].includes(side.kind) ? side.value : NaN);
   if (second && tree.kind === "-" && numberOf(first) === 0) return simplifyZero(second); // the answer was 0 = X
   const number = numberOf(second);
   const subtractsZero = tree.kind === "-" && number === 0;
