@@ -25,6 +25,7 @@ from qdot.exercises.mistakes.catalogue import (
     SIGN_MISTAKES_THROUGHOUT,
     PredictedAnswer,
     apply_mistake,
+    generate_mistaken_answers,
     predict_wrong_answers,
 )
 from qdot.exercises.mistakes.question_formulas import find_formula
@@ -143,7 +144,8 @@ def _find_mistake(
         is_short = len(parsed_answer.text) <= MAX_SET_LENGTH
         if part.answer.is_set:
             return explain_set(problem, part, parsed_answer, seed) if is_short else None
-        mistake_of_whole_answer = find_mistake_by_judging(problem, part, parsed_answer, seed) if is_short else None
+        mistaken_answers = generate_mistaken_answers(problem.chain, part) if is_short else ()
+        mistake_of_whole_answer = find_mistake_by_judging(problem, part, parsed_answer, seed, mistaken_answers)
         if mistake_of_whole_answer is not None:
             return mistake_of_whole_answer
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)

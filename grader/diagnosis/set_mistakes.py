@@ -6,7 +6,7 @@ several joints, as in theta2 = theta3, its fingerprint consists of values of the
 common factor. Configurations are compared only if a piece has another form, or if no mistake gives the set.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, starmap
 
@@ -15,7 +15,7 @@ import numpy as np
 from qdot.exercises.arm.chain import REVOLUTE
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.arithmetic import compile_expressions
-from qdot.exercises.formula.conditions import ConfigurationSpace, SetComparison, compare_sets
+from qdot.exercises.formula.conditions import ROUNDED_JOINT_VALUE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
 from qdot.exercises.formula.set_parser import Piece, parse_typed_set
 from qdot.exercises.formula.trees import (
@@ -85,7 +85,10 @@ def _explain_any_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
         return None
     fingerprinter = _Fingerprinter(problem, seed)
     if not all(map(fingerprinter.is_plain, pieces)):
-        diagnosis = find_mistake_by_judging(problem, part, parsed_answer, seed)
+        includes_samples = _make_inclusion_test(problem, pieces, seed)
+        mistaken_answers = generate_mistaken_answers(problem.chain, part)
+        possible_answers = (pair for pair in mistaken_answers if includes_samples(pair[1].answer))
+        diagnosis = find_mistake_by_judging(problem, part, parsed_answer, seed, possible_answers)
         return diagnosis or _explain_pieces(problem, part, pieces, seed)
     typed_set = fingerprinter.fingerprint_pieces(pieces)
     has_decimals = count_decimal_digits(parsed_answer.tree) > 0
@@ -103,15 +106,41 @@ def _explain_any_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
     return _explain_pieces(problem, part, pieces, seed)
 
 
-def find_mistake_by_judging(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
+def find_mistake_by_judging(
+    problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str,
+    mistaken_answers: Iterable[tuple[Mistake, MistakenAnswer]],
+) -> Diagnosis | None:  # fmt: skip
     """Return the mistake whose answer, taken as the reference, makes the student's answer correct; None if none does.
 
     This is slow, and is meant for answers that are not derived step by step.
     """
-    for mistake, variant in generate_mistaken_answers(problem.chain, part):
+    for mistake, variant in mistaken_answers:
         if _is_judged_correct(problem, part, parsed_answer, variant, seed):
             return name_alternatives([(mistake, variant.words, mistake.format_message(variant.words))])
     return None
+
+
+def _make_inclusion_test(problem: Problem, pieces: Sequence[Piece], seed: str) -> Callable[[Answer], bool]:
+    """Return a test whether an answer contains all of a set's configurations, as far as some random ones show.
+
+    The configurations are sampled only once, because the search for those of simultaneous conditions is slow.
+    """
+    space = ConfigurationSpace([q.name for q in problem.chain.q], problem.domain)
+    names = space.collect_names([pieces]) | set(problem.domain.roles)
+    samples = [space.sample_piece(piece, names, Stream(f"{seed}/typed/{k}")) for k, piece in enumerate(pieces)]
+    counts = [len(next(iter(sample.values()))) for sample in samples]
+
+    def includes_samples(answer: Answer) -> bool:
+        if not isinstance(answer, ConditionSet):
+            return False
+        try:
+            union = space.parse_reference(tree for (tree,) in answer.parse_trees(problem.domain.roles))
+        except ParseError:
+            return False
+        pairs = zip(samples, counts, strict=True)
+        return all(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all() for values, count in pairs)
+
+    return includes_samples
 
 
 def name_alternatives(alternatives: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
