@@ -8,9 +8,9 @@ Matrix = Sequence[Sequence[Node]]
 """The rows of a matrix of trees."""
 
 
-def apply_function(function: str, a: Node) -> Node:
-    """Return the node for a function of a, such as sin(a)."""
-    return Node("call", (a,), function)
+def apply_function(function: str, argument: Node) -> Node:
+    """Return the node for a call of a function, such as sin(x)."""
+    return Node("call", (argument,), function)
 
 
 def split_terms(sum_node: Node) -> list[Node]:

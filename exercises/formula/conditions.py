@@ -30,12 +30,12 @@ from qdot.exercises.formula.trees import Node, find_names
 SAMPLE_COUNT = 50
 """The number of random configurations that are tried on each piece."""
 ROUNDED_JOINT_VALUE = Rounding(absolute=5e-3)
-"""A joint value that differs by less from an expected value counts as this value, rounded."""
+"""A joint value that differs by less (in rad or m) from an expected value counts as the expected value, rounded."""
 TYPED_TOLERANCE = 1e-9
-"""Tolerance for joint values that a student typed."""
+"""Tolerance (in rad or m) for joint values that a student typed."""
 SEARCH_TOLERANCE = 1e-7
-"""Tolerance for configurations that a search found. Rounding shifts a double zero, such as that of |cos| - 1, by
-2e-8."""
+"""Tolerance (in rad or m) for configurations that a search found. Rounding shifts a double zero, such as that of
+|cos| - 1, by 2e-8."""
 
 _STOP_STEP, _CONVERGED_STEP, _CONVERGED_RESIDUAL = 1e-10, 1e-5, 1e-9
 """A search stops if its steps (in rad or m) are below the first limit.
@@ -55,8 +55,12 @@ _FLAT_GRADIENT = 1e-2
 """If the gradient is smaller, relative to the terms, the configuration may be near a double zero."""
 _NEAR_MISS_RESIDUAL = 1e-3
 """If the relative residual is smaller, the conditions may have a zero that the search did not find."""
-_MAX_STORED_VALUES = 5_000_000
-"""Maximum number of values stored at once: programs of more than 1,250 steps are evaluated at fewer random points."""
+_MAX_STORED_VALUES, _MAX_RESIDUAL_SAMPLES = 5_000_000, 4000
+"""Maximum number of values stored at once, and of random configurations at which residuals are compared. A program of
+more than 1,250 steps is evaluated at fewer of them.
+"""
+_TINY = 1e-300
+"""A divisor that replaces zero."""
 
 Configurations = Mapping[str, np.ndarray]
 """For the name of each joint and of each other symbol, an array with one value for each configuration."""
@@ -149,7 +153,7 @@ class _CompiledPiece:
             is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             derivatives[~is_finite] = 0.0
             steps = _compute_minimum_norm_steps(derivatives, np.where(is_finite, residual, 0.0))
-            largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), 1e-300)
+            largest_change = np.maximum(np.abs(steps).max(axis=1, keepdims=True), _TINY)
             steps *= np.minimum(1.0, _MAX_STEP / largest_change)
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
             self._subtract_steps(values, steps)
@@ -191,6 +195,7 @@ class _CompiledPiece:
                 hessian[:, :, k] = (forward_gradient - backward_gradient) / (2 * _GRADIENT_STEP)
             is_valid = is_flat & np.isfinite(hessian).all(axis=(1, 2))
             hessian[~is_valid] = 0.0
+            # the pseudoinverse ignores directions without curvature, in which the zeros continue
             steps = np.einsum("pij,pj->pi", np.linalg.pinv(hessian, rcond=1e-7), gradient)
             steps = np.where(is_valid[:, None], np.clip(steps, -_MAX_POLISHING_STEP, _MAX_POLISHING_STEP), 0.0)
             last_steps = np.where(is_valid, np.abs(steps).max(axis=1), np.inf)
@@ -269,7 +274,7 @@ def vanishes_at(expression: Node, joint_values: Mapping[str, Any], symbols: Mapp
     (residual,) = evaluate_precisely(program, values, PRECISE_DIGITS)
     arrays = {name: np.array([float(value)]) for name, value in values.items()}
     size = float(evaluate(program, arrays, 1).magnitudes[0, 0])
-    return bool(mpmath.isfinite(residual) and abs(residual) <= DOUBLE_TOLERANCE * max(size, 1e-300))
+    return bool(mpmath.isfinite(residual) and abs(residual) <= DOUBLE_TOLERANCE * max(size, _TINY))
 
 
 def _count_configurations(values: Configurations) -> int:
@@ -302,7 +307,7 @@ def _compute_minimum_norm_steps(derivatives: np.ndarray, residuals: np.ndarray) 
     if derivatives.shape[1] > 1:
         return np.asarray(np.einsum("pij,jp->pi", np.linalg.pinv(derivatives, rcond=1e-12), residuals))
     gradients = derivatives[:, 0]
-    squared_norms = np.maximum(np.sum(gradients**2, axis=1), 1e-300)
+    squared_norms = np.maximum(np.sum(gradients**2, axis=1), _TINY)
     return np.asarray(gradients * (residuals[0] / squared_norms)[:, None])
 
 
@@ -315,9 +320,9 @@ class ConfigurationSpace:
 
     @property
     def typed_tolerance(self) -> float:
-        """The absolute error allowed for typed joint values.
+        """The absolute error (rad or m) allowed for typed joint values.
 
-        An allowed relative error is converted for an angle of pi.
+        An allowed relative error is taken of pi, the largest angle.
         """
         if self.rounding is None:
             return TYPED_TOLERANCE
@@ -358,10 +363,10 @@ class ConfigurationSpace:
         if not compiled_piece.free_joints:
             return float("inf")
         program = compiled_piece.residual_program
-        count = min(4000, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(program.steps)))
+        count = min(_MAX_RESIDUAL_SAMPLES, max(SAMPLE_COUNT, _MAX_STORED_VALUES // len(program.steps)))
         residuals, sizes = evaluate(program, self.domain.sample(used_names, count, stream), count)
         with np.errstate(all="ignore"):
-            relative_residuals = np.max(np.abs(residuals) / np.maximum(sizes, 1e-300), axis=0)
+            relative_residuals = np.max(np.abs(residuals) / np.maximum(sizes, _TINY), axis=0)
         return float(_reduce_without_warning(np.nanmin, relative_residuals[None])[0, 0])
 
     def round_value(self, name: str, value: float) -> float:
@@ -482,7 +487,8 @@ def compare_sets(
                 fixed_values = space.domain.list_fixed_values()
                 symbols = {name: fixed_values.get(name) or float(column[0]) for name, column in values.items()}
                 if not space.holds_exactly(piece, union, symbols):
-                    is_inside, is_only_rounded = np.zeros(count, dtype=bool), is_only_rounded or set_name == "claimed"
+                    is_inside = np.zeros(count, dtype=bool)
+                    is_only_rounded |= set_name == "claimed"
             elif is_typed and count and not is_inside.all() and set_name == "claimed":
                 is_only_rounded |= bool(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all())
             is_contained.append(None if count == 0 else bool(is_inside.all()))

@@ -41,14 +41,16 @@ READABLE_POINTS = 8
 """Number of points whose values have two decimals, so that people can check a counterexample. They come first."""
 
 PRINTED_DOUBLE_DIGITS, ROOT_DIGITS = 13, 16
-"""Minimum numbers of digits of a typed decimal that counts as a printed double, and of a problem's number that is a
-root."""
+"""Minimum number of digits of a typed decimal that counts as a printed double, and of a number in a problem that counts
+as an irrational root."""
 MIN_VISIBLE_SHARE = 0.02
 """Minimum size of the values at a counterexample, relative to the median over all wrong points."""
 DOUBLE_TOLERANCE = 1e-12
 """Relative error allowed for joint values, and for entries with decimals of PRINTED_DOUBLE_DIGITS or more."""
 
-_RELATIVE_ROUNDING = 64 * np.finfo(float).eps
+_RELATIVE_ROUNDING = 640 * np.finfo(float).eps
+"""Bound on the rounding error of a result in double precision, relative to its magnitude. It is generous, because the
+errors of many steps add up."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +90,12 @@ def _as_fraction(number: float | Fraction) -> Fraction | None:
 
 
 def _sample_role(role: str, point_count: int, stream: Stream) -> np.ndarray:
-    """Return random values for a role; the logarithms of positive values are uniformly distributed."""
+    """Return random values for a role (rad or m), of which the first READABLE_POINTS have two decimals.
+
+    Positive numbers lie between 0.05 and 40 (readable ones: 0.2 and 1.5), the sizes of travels between 0.2 and 10. Both
+    have uniformly distributed logarithms. The sizes of signed numbers lie between 0.2 and 2.
+    """
+    # 53 random bits, as many as a double stores, make a fraction from 0 to 1
     fractions = (np.frombuffer(stream.take_bytes(8 * point_count), dtype=">u8") >> np.uint64(11)) / float(1 << 53)
     if role == "angle":
         values = np.pi * (2 * fractions - 1)
@@ -201,7 +208,7 @@ def compare_entries(
     `seed` determines the random points, so nobody may know it before the answer is submitted. Raises ParseError for an
     entry that is not a scalar.
     """
-    if all(remove_noise(node) is node for node in reference_entries):
+    if all(remove_noise(node) is node for node in reference_entries):  # no tiny number in the reference is meant
         student_entries = [remove_noise(node) for node in student_entries]
     student_program, reference_program = compile_program(student_entries), compile_program(reference_entries)
     fixed_values = domain.list_fixed_values()
@@ -295,7 +302,7 @@ class _NumericComparison:
             relative_errors, absolute_errors = np.array(allowances).T
             self.allowed_error = relative_errors[:, None] * self.scale + absolute_errors[:, None]
             self.magnitude = magnitudes + reference_magnitudes
-            self.rounding_error = 10 * _RELATIVE_ROUNDING * self.magnitude
+            self.rounding_error = _RELATIVE_ROUNDING * self.magnitude
             self.difference = np.abs(self.student_values - self.reference_values)
         self.remaining_evaluations = _MAX_PRECISE_STEPS // (2 * sum(len(p.steps) for p in programs))
         self.examples: dict[int, tuple[int, Any, Any]] = {}
@@ -368,6 +375,7 @@ class _NumericComparison:
                 continue  # more digits may help if a denominator almost vanishes
             with mpmath.workdps(digits):
                 difference, magnitude = abs(yours - expected), self.magnitude[entry, point]
+                # without a finite magnitude, assume that up to ten digits cancel; five digits are lost by rounding
                 scale = magnitude if np.isfinite(magnitude) else 1e10 * (abs(yours) + abs(expected))
                 rounding_error = mpmath.mpf(10) ** (5 - digits) * scale
                 allowance = max(self.allowed_error[entry, point], PRECISE_TOLERANCE * self.scale[entry, point])

@@ -13,7 +13,7 @@ still agree in two cases:
 
   - The prime ideal of p that belongs to the root divides a nonzero coefficient of N. The coefficient is an algebraic
     integer of norm at most 2^(384 height), where height is the binary logarithm of the sum of the sizes of all
-    coefficients. At most 384 height / 80 of the 384 PRIME_COUNT ideals divide it.
+    coefficients. Each ideal has the norm p > 2^80, so at most 384 height / 80 of the 384 PRIME_COUNT ideals divide it.
   - The point is a zero of N modulo p. At most the fraction degree / (p - 1) of all points are zeros (Schwartz, Zippel).
 
 The sum of the two bounds the chance of accepting a wrong answer; points are added until it is below 1e-15. Degree and
@@ -33,9 +33,16 @@ from typing import Any, NamedTuple
 from sympy import multiplicity
 
 from qdot.exercises.common.stream import Stream
-from qdot.exercises.formula import field
 from qdot.exercises.formula.angles import Angle, Phase, find_angles, make_phase
-from qdot.exercises.formula.field import PRIME_BITS, PRIME_COUNT, ROOT_ORDER, Field, choose_field
+from qdot.exercises.formula.field import (
+    PRIME_BITS,
+    PRIME_COUNT,
+    ROOT_ORDER,
+    Field,
+    SharedField,
+    choose_field,
+    choose_integer_below,
+)
 from qdot.exercises.formula.program import Program, Step
 
 # --- sizes: degree and height of numerator and denominator ---
@@ -179,29 +186,34 @@ def _make_trigonometric_step(op: str, angle: Angle | None) -> SizedStep | None:
         return None
     degree = float(exponent_sum)
     exponential, sine = Size(degree, 0.0, degree, 0.0), Size(2 * degree, 1.0, degree, 1.0)
-    size = {"exp": exponential, "sin": sine, "cos": sine, "sec": _invert_size(sine), "csc": _invert_size(sine)}.get(op)
-    return SizedStep((op, (), phase), size or Size(2 * degree, 1.0, 2 * degree, 1.0))
+    tangent, inverse_sine = Size(2 * degree, 1.0, 2 * degree, 1.0), _invert_size(sine)
+    size = {
+        "exp": exponential, "sin": sine, "cos": sine, "tan": tangent, "cot": tangent,
+        "sec": inverse_sine, "csc": inverse_sine,
+    }[op]  # fmt: skip
+    return SizedStep((op, (), phase), size)
 
 
 _SQUARE_ROOTS = {2: ((1, 180), (1, -180)), 3: ((1, 120), (1, -120)), 5: ((1, 0), (2, 288), (2, -288))}
 """Square roots of 2, 3 and 5 as sums of terms (coefficient, power of the root of unity)."""
 
 
-def _make_square_root_step(angle: Angle | None) -> SizedStep | None:
+def _make_square_root_step(operand: Angle | None) -> SizedStep | None:
     """Return the step for the square root of a number whose squarefree part has only the prime factors 2, 3 and 5.
 
-    Return None for anything else.
+    A number is an "angle" that consists of a constant term. Return None for anything else.
     """
-    if angle is None or set(angle.coefficients) - {""} or angle.is_imaginary:
+    if operand is None or set(operand.coefficients) - {""} or operand.is_imaginary:
         return None
-    number = angle.coefficients.get("", Fraction(0))
+    number = operand.coefficients.get("", Fraction(0))
     product = abs(number.numerator) * number.denominator
     root_primes = tuple(prime for prime in (2, 3, 5) if product and multiplicity(prime, product) % 2)
     integer_root = isqrt(product // prod(root_primes))
     if integer_root * integer_root * prod(root_primes) != product:
         return None
     factor = Fraction(integer_root, number.denominator)
-    size = Size(0.0, _log2(factor.numerator) + 3.0 * len(root_primes), 0.0, _log2(factor.denominator))
+    root_height = 3.0 * len(root_primes)  # the coefficients of a root in _SQUARE_ROOTS add up to less than 2^3
+    size = Size(0.0, _log2(factor.numerator) + root_height, 0.0, _log2(factor.denominator))
     return SizedStep(("root", (), (factor, root_primes, ROOT_ORDER // 4 if number < 0 else 0)), size)
 
 
@@ -222,7 +234,7 @@ class _Point:
     def get_value(self, name: str) -> int:
         if name not in self.values:
             stream = self.stream.substream(name) if self.is_shared else self.stream
-            self.values[name] = 1 + field.choose_integer_below(stream, self.field.prime - 1)
+            self.values[name] = 1 + choose_integer_below(stream, self.field.prime - 1)
         return self.values[name]
 
     def evaluate_phase(self, phase: Phase) -> int:
@@ -297,7 +309,7 @@ def _evaluate_trigonometric_function(op: str, phase: int, field: Field) -> int:
 MAX_ERROR_CHANCE = 1e-15
 """Maximum chance of accepting a wrong answer; points are added until the bound is below this."""
 MAX_POINTS = 6
-"""Maximum number of points. If the values are undefined at all of them, the results differ; otherwise they stay
+"""Maximum number of points. If only the reference is defined at all of them, the results differ; otherwise they stay
 undecided."""
 
 
@@ -310,7 +322,7 @@ class ExactComparison:
 
     def __init__(self, student_size: Size | None, reference_size: Size | None) -> None:
         self._sizes = student_size and reference_size and (student_size, reference_size)
-        self._tried_count, self._agreeing_count, self._undefined_count = 0, 0, 0
+        self._tried_count, self._agreeing_count, self._undefined_answer_count = 0, 0, 0
         self._differs, self.bound = False, inf
 
     @property
@@ -321,7 +333,7 @@ class ExactComparison:
     @property
     def is_equal(self) -> bool | None:
         """Whether the results are the same function; None if that is undecided."""
-        if self._differs or 0 < self._tried_count == self._undefined_count:
+        if self._differs or 0 < self._tried_count == self._undefined_answer_count:
             return False
         return True if self.bound <= MAX_ERROR_CHANCE else None
 
@@ -334,7 +346,7 @@ class ExactComparison:
         """Compare the values at one more point; None is an undefined value."""
         self._tried_count += 1
         if student_value is None or reference_value is None:
-            self._undefined_count += reference_value is not None
+            self._undefined_answer_count += reference_value is not None
         elif student_value != reference_value:
             self._differs = True
         elif self._sizes is not None:
@@ -352,7 +364,7 @@ def bound_chance_of_agreement(
     return min(1.0, degree / 2.0**bits + max(height, 0.0) / bits / prime_count)
 
 
-_SHARED_FIELD = field.SharedField()
+_SHARED_FIELD = SharedField()
 
 
 def compare(
@@ -361,8 +373,8 @@ def compare(
 ) -> list[ExactComparison]:  # fmt: skip
     """Compare two programs result by result.
 
-    `fixed_values` maps the names that stand for numbers to these numbers. A result that is undefined at every point
-    differs from the reference. `seed` determines the points and all fields except the first, which other comparisons
+    `fixed_values` is as for `make_modular_program`. A student's result that is undefined wherever the reference is
+    defined differs from it. `seed` determines the points and all fields except the first, which other comparisons
     share. Tests choose all fields themselves.
     """
     modular_student = make_modular_program(student, fixed_values)

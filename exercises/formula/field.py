@@ -13,7 +13,7 @@ roots of 2, 3, 5 and -1."""
 PRIME_BITS = 80
 """Primes are chosen between 2^80 and 2^81."""
 PRIME_COUNT = 4.5e19
-"""A lower bound on the number of primes = 1 (mod 1440) between X = 2^80 and 2X, which is 4.8e19 or more.
+"""A lower bound on the number of primes = 1 (mod 1440) between X = 2^80 and 2X. It is rounded down from 4.8e19.
 
 Let theta(x) be the sum of the logarithms of such primes up to x. Then |theta(x) - x / 384| < x / (160 log x) (Bennett,
 Martin, O'Bryant, Rechnitzer, Explicit bounds for primes in arithmetic progressions, Illinois J. Math. 62, 2018). The
@@ -21,6 +21,8 @@ number of primes is at least (theta(2X) - theta(X)) / log(2X).
 """
 
 _SMALL_PRIMES = (7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
+"""Primes that most composite numbers have as a factor, which is quicker to find than the full test is to run. 2, 3 and
+5 are factors of ROOT_ORDER."""
 _WITNESSES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41)
 """Bases that prove a number below 3.3e24 prime (Sorenson and Webster, Math. Comp. 86, 2017)."""
 

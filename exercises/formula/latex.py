@@ -76,8 +76,8 @@ def parse_latex(latex: str) -> Layout:
     ('script', '1')
     """
     reader = _Reader([token for token in _TOKEN.findall(latex) if token not in _SIZE_COMMANDS], latex)
-    layout = reader.read_row(())
-    if reader.tokens:
+    layout = reader.read_row(("}",))
+    if reader.tokens:  # an unmatched brace
         raise reader.make_error(reader.tokens[-1])
     return layout
 
@@ -99,9 +99,8 @@ class _Reader:
     def read_row(self, end_tokens: tuple[str, ...]) -> Layout:
         """Return the row of all pieces before a token that begins with one of `end_tokens`, or before the end."""
         pieces: list[Layout] = []
-        tokens = self.tokens
-        while tokens and not tokens[-1].startswith(end_tokens or ("}",)):
-            if tokens[-1] in _SCRIPT_MARKS:
+        while self.tokens and not self.tokens[-1].startswith(end_tokens):
+            if self.tokens[-1] in _SCRIPT_MARKS:
                 pieces.append(self.read_script(pieces.pop() if pieces else EMPTY))
             else:
                 pieces.append(self.read_piece())

@@ -28,7 +28,7 @@ class Accent(NamedTuple):
 
 
 ACCENTS = {command: Accent(*texts) for command, texts in SYMBOLS["accents"].items()}
-"""All accents, by their LaTeX commands."""
+"""Maps the LaTeX command of each accent to the accent."""
 
 
 class Layout(NamedTuple):

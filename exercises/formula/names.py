@@ -8,11 +8,11 @@ from functools import lru_cache
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 FUNCTIONS: dict[str, str] = VOCABULARY["functions"]
-"""Every function that an expression may call, by each of its accepted names."""
+"""Maps each name of a function that an answer may contain to the function's standard name."""
 SHORTHAND: dict[str, str] = VOCABULARY["shorthand"]
-"""The functions that c and s denote before an angle, as in c12."""
+"""Maps c and s to the functions that they denote before an angle, as in c12."""
 ARITY: dict[str, int] = VOCABULARY["arity"]
-"""The number of arguments of each function that doesn't have exactly one."""
+"""Maps each function that doesn't have exactly one argument to its number of arguments."""
 CONSTANTS = tuple(dict.fromkeys(VOCABULARY["constants"].values()))
 """The constants in formulas: pi, E and I."""
 
@@ -25,6 +25,7 @@ _JOINT_SYMBOLS: dict[str, list[str]] = VOCABULARY["joints"]
 """Maps q, th, t etc. to the letters that they may stand for. The first that gives a symbol of the problem is used."""
 _JOINT_PATTERN = re.compile(f"({'|'.join(_JOINT_SYMBOLS)})([0-9]{{1,4}})")
 _ANGLE_SUM_LETTERS: list[str] = VOCABULARY["sums_of_angles"]
+"""Letters that, before several digits, denote a sum of angles, as in theta12."""
 _SHORTHAND_WITHOUT_SPACE: str = VOCABULARY["patterns"]["shorthand_without_space"]
 
 

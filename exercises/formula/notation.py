@@ -169,7 +169,7 @@ def convert_units_of_numbers(text: str) -> str:
     def convert_unit(match: re.Match[str]) -> str:
         unit_text = match.group(1) or match.group(2)
         unit = parse_unit(unit_text)
-        is_list = match.string[match.start() - 1] in "]}"
+        is_list = match.string[match.start() - 1] in "]}"  # a list can't be converted
         if unit is None or _normalize_unit(unit_text) in _UNITS or (is_list and unit.conversion):
             return match.group()
         return unit.conversion
@@ -219,6 +219,7 @@ _COMMANDS: dict[str, str] = {
     **{brace: brace for brace in _LATEX["braces"]},
 }  # fmt: skip
 _CONTINUATIONS = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
+"""Tokens that, after \\\\ or &, continue the same statement."""
 
 
 class _LatexReader:
@@ -263,7 +264,7 @@ class _LatexReader:
         return self.read_command(symbol[1:]) if symbol[0] == "\\" and len(symbol) > 1 else symbol
 
     def read_row_end(self, symbol: str) -> str:
-        r"""Return the separator of two statements for \\\\ or &, or a space if the formula continues, as in & = b."""
+        r"""Return the separator of two statements for \\ or &, or a space if the formula continues, as in & = b."""
         while self.peek() and (self.peek()[0] in SPACES or self.peek()[1:] in _LATEX["spaces"] or self.peek() == "&"):
             self.position += 1
         continues = self.peek() in _CONTINUATIONS or self.peek() == "\\end"
@@ -353,7 +354,7 @@ class _LatexReader:
         return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows if any(row)) + "]"
 
     def skip_row_height(self) -> None:
-        r"""Skip the distance between two rows, as in \\\\[2pt]."""
+        r"""Skip the distance between two rows, as in \\[2pt]."""
         tokens_of_height = self.tokens[self.position : self.position + 12]  # a height such as [-10.25 pt] has fewer
         if self.peek() == "[" and PATTERNS["height_of_row"].match("".join(tokens_of_height)):
             while self.take() != "]":

@@ -60,8 +60,6 @@ def _make_term_key(term: sp.Expr) -> SortKey:
     trig_keys = sorted(_make_trig_key(trig)[:4] for trig in term.atoms(sp.sin, sp.cos))  # without their texts
     names = sorted(make_natural_sort_key(symbol.name) for symbol in term.free_symbols)
     is_without_angle = not any(letters == "theta" for letters, _ in names)  # False sorts before True
-    if not trig_keys and not motion_keys and names:
-        return ([], [], is_without_angle, False, names, format_expression(term))
     return (motion_keys, trig_keys, is_without_angle, term.is_number, names, format_expression(term))
 
 
@@ -79,7 +77,10 @@ def _make_motion_key(symbol: sp.Symbol) -> SortKey:
 
 
 def _make_factor_key(factor: sp.Expr) -> SortKey:
-    r"""Return a key that sorts factors: number, lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities."""
+    r"""Return a key that sorts factors.
+
+    The order is: number, lengths, sums of lengths, c_1 and s_1, brackets, \cos\varphi_1, rates and velocities.
+    """
     base = factor.base if factor.is_Pow else factor
     if base.is_number:
         return (0, format_expression(factor))
@@ -94,7 +95,7 @@ def _make_factor_key(factor: sp.Expr) -> SortKey:
 
 
 @lru_cache(maxsize=4096)
-def _contains_motion(term: sp.Expr) -> bool:
+def _contains_trig_or_motion(term: sp.Expr) -> bool:
     """Return whether a term contains sines, cosines, rates or velocities."""
     return any(map(is_rate_or_component, term.free_symbols)) or bool(term.atoms(sp.sin, sp.cos))
 
@@ -151,9 +152,9 @@ def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[SignedTe
     """Return the terms of a sum in order; if `flip_signs`, all signs are changed."""
     sorted_terms = sorted(sp.Add.make_args(expression), key=_make_term_key)
     signed_terms = [_split_sign(term, flip_signs) for term in sorted_terms]
-    if any(map(_contains_motion, sorted_terms)):
+    if any(map(_contains_trig_or_motion, sorted_terms)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
-        signed_terms.sort(key=lambda signed: 1 if _contains_motion(signed.term) else 2 * signed.is_negative)
+        signed_terms.sort(key=lambda signed: 1 if _contains_trig_or_motion(signed.term) else 2 * signed.is_negative)
         return tuple(_move_plus_first(signed_terms))
     # theta_1 - theta_2 + theta_3 + 0.1, but d_2 - d_1: numbers come last, and the first term has no minus
     is_first_negative = signed_terms[0].is_negative

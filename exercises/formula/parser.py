@@ -28,7 +28,7 @@ MAX_ROWS = LIMITS["matrix_rows"]
 
 _CALL_MEANINGS: dict[str, str] = VOCABULARY["call_meanings"]
 """The meaning of each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq."""
-_TWO_ARGUMENT_KINDS = ("eq", "in", "/", "^")
+_TWO_ARGUMENT_MEANINGS = ("eq", "in", "/", "^")
 """Meanings of calls that need exactly two arguments."""
 _BINDING_CALLS: dict[str, str] = VOCABULARY["binding_calls"]
 """Calls with a variable of their own, such as Derivative and Lambda."""
@@ -43,7 +43,7 @@ _TOKEN = re.compile("|".join(
 _TOKENS_OUTSIDE_BARS = ("=", "==", ",", ";", ":", "&")
 """Tokens that occur inside an absolute value such as |a1| only if they are in brackets."""
 _TOKENS_AFTER_BARS = ("*", "/", "^", "**", "=", "==", ")", "]", "}", ",", ";")
-"""Tokens that show that the bar before them ends an absolute value, because no alternative begins with them."""
+"""Tokens that show that the bar before them ends an absolute value, because they can't follow a bar that means "or"."""
 _TOKENS_BEFORE_EQUATION = (",", ";", "and", "&", "or", "[", "(", "{")
 """Tokens after which an equation such as J(q) = … may begin."""
 _OR_WORDS = ("or", "|")
@@ -117,7 +117,10 @@ class _Parser:
         """Whether a function was typed with square brackets, as in Mathematica, where {a, b} is a list."""
 
     def translate_words(self, tokens: list[_Token]) -> list[_Token]:
-        """Return the tokens with words of other languages replaced, such as the German word for "or"."""
+        """Return the tokens with words of other languages replaced, such as the German word for "or".
+
+        Words without a meaning, such as "when", are left out.
+        """
         translated_tokens: list[_Token] = []
         for token in tokens:
             kind, text, position = token
@@ -165,8 +168,9 @@ class _Parser:
         self.skip_lambda_head()
         tree = self.parse_to_end()
         if self.braces_are_lists:
-            kinds = {"set": "list"}
-            tree = trees.fold(tree, lambda node, args: Node(kinds.get(node.kind, node.kind), tuple(args), node.value))
+            tree = trees.fold(
+                tree, lambda node, args: Node("list" if node.kind == "set" else node.kind, tuple(args), node.value)
+            )
         may_have_metres = METRE not in self.known_symbols and any(text == METRE for _, text, _ in self.tokens)
         return evaluate_matrices(remove_metres(tree) if may_have_metres else tree)
 
@@ -206,7 +210,7 @@ class _Parser:
                 has_comma = True
                 first_entry = next(row[0] for row in rows if row)
                 words = ("and", "&", *(_OR_WORDS if self.is_condition(first_entry) else ()))
-                if not closing and self.take(*words) and self.tokens[self.index].kind == "end":
+                if not closing and self.take(*words) and self.tokens[self.index].kind == "end":  # theta2 = 0, or
                     raise self.make_error("a number, a symbol or a bracket is missing at the end")
             elif self.peek() != ";":
                 if closing:
@@ -366,7 +370,7 @@ class _Parser:
 
     def parse_product(self) -> Node:
         node = self.parse_power()
-        divisor_end = -1
+        divisor_end = -1  # the index of the token after a divisor that is a single name; -1 if there is none
         while True:
             kind, text, _ = self.tokens[self.index]
             if text in ("*", "/", "."):
@@ -375,7 +379,7 @@ class _Parser:
                 node = Node(text if text == "/" else "*", (node, _apply_sign(self.parse_sign(), self.parse_power())))
                 is_name_divisor = text == "/" and self.is_single_name(start) and node.args[1].kind == "name"
                 divisor_end = self.index if is_name_divisor else -1
-            elif kind == "number" == self.tokens[self.index - 1].kind:
+            elif kind == "number" and self.tokens[self.index - 1].kind == "number":
                 raise self.make_error("there is no operator between two numbers")  # 1 000, 1.2.3: no product is meant
             elif kind == "number" and text.startswith("."):  # a1.2
                 raise self.make_error(
@@ -399,7 +403,7 @@ class _Parser:
                 return node
 
     def is_single_name(self, start: int) -> bool:
-        """Return whether the tokens from `start` to the current one, which are a divisor, are a single name."""
+        """Return whether a divisor, from the token `start` to the one before the next, is a single name except pi."""
         kind, text, _ = self.tokens[start]
         return kind == "name" and self.index == start + 1 and not text.startswith(_PI_NAMES)
 
@@ -529,7 +533,8 @@ class _Parser:
         """
         self.is_inside_bars, was_inside_bars = False, self.is_inside_bars
         rows, has_comma = self.parse_rows(closing)
-        self.is_inside_bars, self.joined_product = was_inside_bars, None
+        self.is_inside_bars = was_inside_bars
+        self.joined_product = None  # in (a1c2)^2, the power applies to the whole product
         items = rows[0]
         if len(rows) > 1:  # [a, b; c, d], or (a; b), {0; pi}
             is_column = kind in ("group", "set") and all(len(row) == 1 for row in rows)
@@ -577,7 +582,7 @@ class _Parser:
             advice = _NEGATION_ADVICE if name in VOCABULARY["negations"] else _UNKNOWN_FUNCTION_ADVICE
             raise self.make_error(f"the function {name!r} {advice}")
         product = self.multiply_parts(parts)
-        if parts[-1].kind in FUNCTIONS and PATTERNS["shorthand_of_angle"].search(name):
+        if parts[-1].kind in FUNCTIONS and PATTERNS["shorthand_of_angle"].search(name):  # ctheta1
             self.bare_argument_end = self.index
         return product
 
@@ -762,12 +767,14 @@ def _fill_matrix(rows: Node, columns: Node, entries: Node) -> Node | None:
 def _interpret_call(name: str, args: tuple[Node, ...], parser: _Parser) -> Node:
     """Return the tree of a SymPy, NumPy or Python call that is not a function of numbers. Raises ParseError."""
     meaning = _CALL_MEANINGS[name]
-    if meaning == "set" or (meaning in ("or", "and") and args) or (meaning in _TWO_ARGUMENT_KINDS and len(args) == 2):
+    if meaning == "set" or (meaning in ("or", "and") and args):
+        return Node(meaning, args)
+    if meaning in _TWO_ARGUMENT_MEANINGS and len(args) == 2:
         return Node(meaning, args)
     if meaning == "image" and len(args) == 2 and args[1].value in VOCABULARY["whole_number_sets"]:
-        return args[0]
+        return args[0]  # ImageSet(Lambda(n, 2*pi*n), Integers)
     if meaning == "condition" and len(args) in (2, 3):
-        return args[1]
+        return args[1]  # ConditionSet(theta2, Eq(…), Reals)
     if meaning == "transposed" and len(args) == 1:
         return _transpose(args[0])
     if meaning == "inverse" and len(args) == 1:
@@ -798,11 +805,12 @@ def parse_formula(text: str, known_symbols: Iterable[str] = ()) -> Node:
     """
     if len(text) > MAX_LENGTH:
         raise ParseError(f"the answer has {len(text)} characters; at most {MAX_LENGTH} are allowed")
-    return (_parse_short_text if len(text) < SHORT_TEXT_LENGTH else _parse_long_text)(text, frozenset(known_symbols))
+    return (_parse_short_text if len(text) < MIN_LONG_TEXT_LENGTH else _parse_long_text)(text, frozenset(known_symbols))
 
 
-SHORT_TEXT_LENGTH = 4000
-"""Minimum length, in characters, of a long answer. Fewer trees of long answers are cached."""
+MIN_LONG_TEXT_LENGTH = 4000
+"""Minimum length of a long answer, in characters. Fewer trees of long answers are cached, because they take more
+memory."""
 
 
 def _parse(text: str, known_symbols: frozenset[str]) -> Node:

@@ -201,6 +201,7 @@ def assign_regions(evaluated_programs: Sequence[tuple[Program, list[StepResult]]
         for value, _ in (step_results[i] for operands in branching_operands for i in operands):
             with np.errstate(invalid="ignore"):
                 imaginary_signs = np.where(np.abs(value.imag) > 1e-9 * np.abs(value), np.sign(value.imag), 0)
+                # from 0 to 8, for three signs of the real part times three of the imaginary part
                 sign_numbers = 3 * np.nan_to_num(np.sign(value.real)) + np.nan_to_num(imaginary_signs) + 4
             _, region_numbers = np.unique(9 * region_numbers + sign_numbers.astype(np.int64), return_inverse=True)
     return region_numbers

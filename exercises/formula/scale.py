@@ -41,6 +41,7 @@ def find_constant_factor(
     if pivot is None:
         return None
     samples = domain.sample(set(domain.roles), READABLE_POINTS + EXTRA_POINTS, Stream(seed))
+    # all constants are positive, so that a product of constants is not taken for a wrong sign
     values = {name: column if name in varying_symbols else np.abs(column) for name, column in samples.items()}
     entry_values = evaluate(compile_program([*entries, *reference]), values, READABLE_POINTS + EXTRA_POINTS).values
     with np.errstate(all="ignore"):

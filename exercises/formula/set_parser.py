@@ -111,6 +111,7 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
         is_condition = bool(find_names(arg) & set(joints)) or arg.kind in ("eq", "in", "and", "or", "dict")
         if is_condition:
             joint = _find_joint(arg, joints)
+            # a label is a joint before its values, as in (theta3, [0, pi])
             is_label = joint is not None and arg.kind == "name" and len(node.args) == 2 and arg is node.args[0]
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
                 meanings = f"it can be {joints[0]} and its value, or values of {joints[0]} and {joints[1]}"

@@ -1,4 +1,4 @@
-r"""The letters of LaTeX's math alphabets, as in \\mathbf{v} and \\mathbb{R}.
+r"""The letters of LaTeX's math alphabets, as in \mathbf{v} and \mathbb{R}.
 
 Unicode has a character for each of these letters, so printers treat them like other letters.
 """
@@ -17,7 +17,7 @@ _CHARACTER_NAME = re.compile(r"(?:MATHEMATICAL )?([A-Z -]+?) (?:CAPITAL \w+|SMAL
 
 
 def _find_styled_characters() -> dict[str, dict[str, str]]:
-    """Return the characters of each style by the plain character that they show."""
+    """Map each style to its characters, each under the plain character that it shows."""
     characters: dict[str, dict[str, str]] = {}
     for code in (*range(0x2100, 0x2150), *range(0x1D400, 0x1D800)):
         decomposition_kind, _, plain_code = unicodedata.decomposition(chr(code)).partition(" ")
@@ -37,11 +37,11 @@ STYLED_LETTERS = {
     for command, table in reversed(_TABLES.items())
     for letter, styled_letter in table.items()
 }
-"""The command and the plain letter of each styled letter."""
+"""Maps each styled letter to its command and its plain letter."""
 
 
 def apply_style(command: str, piece: Layout) -> Layout:
-    r"""Return a piece with its letters and digits, except in scripts, in the style of a command such as \\mathbf."""
+    r"""Return a piece with its letters and digits, except in scripts, in the style of a command such as \mathbf."""
     table = _TABLES[command]
     if piece.kind in ("letter", "number", "sign") and table:
         letters = [Layout("letter", table[char]) if char in table else piece._replace(text=char) for char in piece.text]

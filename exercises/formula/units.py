@@ -52,6 +52,7 @@ _SI_SYMBOLS: dict[tuple[int, ...], str] = {
 }  # fmt: skip
 """The SI unit of each dimension of a base unit."""
 _SI_NAMES = {"m", "rad", "s", "kg", "N", "Nm", "J", "W"}
+"""Names of SI units, which `convert_to_si` leaves unchanged."""
 
 
 def convert_to_si(text: str) -> str:

@@ -1,4 +1,4 @@
-"""Find the singular configurations of an arm for its task, at which the task Jacobian loses rank (6.8).
+"""Find the singular configurations of an arm for its task, at which the task Jacobian loses rank, as in equation (6.8).
 
 For a square Jacobian, the singular configurations are the zeros of the factors of det J. For another shape, they are
 the common zeros of all maximal minors: the zeros of common factors of all minors, and configurations at which several
@@ -115,12 +115,12 @@ def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: boo
     ValueError for expressions that can't be factored.
     """
     derivation = derive(chain)
-    products = tuple(factor_trig(sp.expand(expression)) for expression in expressions)
+    factored_expressions = tuple(factor_trig(sp.expand(expression)) for expression in expressions)
     if is_symbolic:
-        zeros = _find_zeros(derivation, products)
+        zeros = _find_zeros(derivation, factored_expressions)
         conjunctions = zeros and [tuple(map(derivation.substitute_values, conditions)) for conditions in zeros]
     else:
-        conjunctions = find_common_zeros(products, Search(chain.q))
+        conjunctions = find_common_zeros(factored_expressions, Search(chain.q))
     if conjunctions is None:
         return None
     components = (solve_conjunction(_insert_prismatic_values(conditions, chain), chain) for conditions in conjunctions)
@@ -129,13 +129,14 @@ def find_zero_set(expressions: Sequence[sp.Expr], chain: Chain, is_symbolic: boo
 
 def _insert_prismatic_values(conditions: tuple[sp.Expr, ...], chain: Chain) -> tuple[sp.Expr, ...]:
     """Return conditions with the value of a prismatic joint substituted if one of the conditions determines it."""
+    new_conditions = conditions
     for condition in conditions:
         joint, values = solve_condition(condition, chain) or (None, ())
         if joint is not None and len(values) == 1 and chain.joints[chain.q.index(joint)].is_prismatic:
-            other_conditions = (other for other in conditions if other is not condition)
-            new_conditions = (sp.expand(other.xreplace({joint: values[0]})) for other in other_conditions)
-            conditions = (condition, *(new_condition for new_condition in new_conditions if new_condition != 0))
-    return conditions
+            other_conditions = (other for other in new_conditions if other is not condition)
+            substituted = (sp.expand(other.xreplace({joint: values[0]})) for other in other_conditions)
+            new_conditions = (condition, *(other for other in substituted if other != 0))
+    return new_conditions
 
 
 def find_special_length_components(chain: Chain) -> tuple[Component, ...]:
@@ -188,7 +189,7 @@ def _find_zeros(derivation: Derivation, expressions: tuple[Factored, ...]) -> Ze
 
 
 def make_zero_test(chain: Chain, substitute_values: Callable[[sp.Expr], sp.Expr]) -> Callable[[sp.Expr], bool]:
-    """Return a function that tests whether a constant is zero for the arm's numbers (`substitute_values`)."""
+    """Return a function that tests whether a constant is zero for the arm's numbers, given by `substitute_values`."""
     # a different fraction for each symbolic length, so that no constant is zero by chance
     lengths = {symbol: sp.Rational(7 + 4 * i, 11 + 6 * i) for i, symbol in enumerate(chain.parameters)}
     return lambda constant: bool(abs(sp.N(substitute_values(constant).xreplace(lengths), 30)) < _ZERO_TOLERANCE)
@@ -347,19 +348,19 @@ def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
 
 def reduce_angle(angle: sp.Expr) -> sp.Expr:
     """Return a numeric angle reduced to (-pi, pi], and any other angle expanded."""
-    angle = sp.expand(angle)
-    if not angle.is_number:
-        return angle
-    turns = -sp.floor((sp.N(angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
-    reduced_angle = sp.expand(angle + 2 * sp.pi * turns)
+    expanded_angle = sp.expand(angle)
+    if not expanded_angle.is_number:
+        return expanded_angle
+    turns = -sp.floor((sp.N(expanded_angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
+    reduced_angle = sp.expand(expanded_angle + 2 * sp.pi * turns)
     return sp.pi if reduced_angle == -sp.pi else reduced_angle
 
 
 def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
-    """Return the absolute constant in a sum of sines and cosines minus the sum of the amplitudes.
+    """Return the excess of a sum of sines, cosines and a constant: the constant's size minus the sum of the amplitudes.
 
     If the excess is positive, the sum cannot be zero. If the excess is zero, the sum is zero only if each sine and each
-    cosine is 1 or -1. Return None for sums of another form.
+    cosine is 1 or -1. Return None if the condition is not such a sum, or if it contains lengths.
     """
     polynomial = _to_trig_polynomial(condition, chain)
     if polynomial is None:
@@ -435,13 +436,14 @@ class Search:
         """Return whether an expression contains joint variables."""
         return bool(expression.free_symbols & set(self.joints))
 
-    def find_joint_factors(self, product: Factored) -> list[sp.Expr] | None:
+    def find_joint_factors(self, factored: Factored) -> list[sp.Expr] | None:
         """Return the factors of a product that contain joint variables; None if the product is always zero."""
-        constants = [f for f, _ in product.factors if not self.contains_joints(f) and not f.is_Symbol]
-        if product.is_zero or any(map(self.is_zero, constants)):
+        # a factor that is a symbol is a length, which is never zero
+        constants = [f for f, _ in factored.factors if not self.contains_joints(f) and not f.is_Symbol]
+        if factored.is_zero or any(map(self.is_zero, constants)):
             return None
         self.assumed_nonzero.update(constants)
-        return [f for f, _ in product.factors if self.contains_joints(f)]
+        return [f for f, _ in factored.factors if self.contains_joints(f)]
 
 
 @lru_cache(maxsize=4096)
@@ -491,8 +493,8 @@ def _holds(condition: sp.Expr, values: JointValues, known_conditions: Conjunctio
     """Return whether a condition holds at joint values, given known conditions, by comparing factors."""
     if condition in known_conditions:
         return True
-    product = factor_trig(sp.expand(condition.xreplace(values)))
-    return product.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in product.factors)
+    factored = factor_trig(sp.expand(condition.xreplace(values)))
+    return factored.is_zero or any({factor, -factor} & set(known_conditions) for factor, _ in factored.factors)
 
 
 def _solve_for_last_joint(factor: sp.Expr, root: sp.Expr) -> JointValues:
@@ -566,9 +568,9 @@ def _merge_roots(conjunctions: list[Conjunction]) -> list[Conjunction]:
                     return siblings, other_conditions | {trig}
         return None
 
-    while (siblings_and_union := find_mergeable()) is not None:
-        siblings, union = siblings_and_union
-        sets = (sets - siblings) | {union}
+    while (mergeable := find_mergeable()) is not None:
+        siblings, merged = mergeable
+        sets = (sets - siblings) | {merged}
     return [tuple(sorted(conjunction, key=lambda c: (sp.count_ops(c), sp.default_sort_key(c)))) for conjunction in sets]
 
 

@@ -68,7 +68,8 @@ class Solution:
     - `singular`: the components of the singular set; None if every configuration is singular, or if the formulas are
       too long.
     - `note`: remarks on the results, for example why some are missing; None if there are no remarks.
-    - `redundant`: how elimination found the singular set of an arm with more joints than task rows, or None.
+    - `redundant`: how elimination found the singular set of an arm with more joints than task rows; None if the minors
+      of the Jacobian gave the set.
     """
 
     chain: Chain
@@ -95,7 +96,7 @@ SINGULAR_SET = "singular"
 class Singularities:
     """The determinant and the components of the singular set, with remarks.
 
-    - `determinant` and `components` are None in the same cases as in a Solution.
+    - `determinant`, `components` and `redundant`: as in a Solution.
     - `remark`: a remark on the set itself, for example that it is empty or was not derived.
     - `test_remark`: a remark on the result of the numeric test.
     - `lengths_remark`: a remark on conditions that can hold, or hold simultaneously, only for some lengths.
@@ -262,10 +263,9 @@ def _make_singular_data(chain: Chain, singularities: Singularities) -> dict[str,
     """Return the singular set as plain data."""
     has_kinds = can_establish_kind(chain)
     determinant, components = singularities.determinant, singularities.components
-    records = components and [_make_classified_data(chain, component, has_kinds) for component in components]
     content: dict[str, Any] = {
         "determinant": None if determinant is None else str(determinant),
-        "singular": None if records is None else list(records),
+        "singular": None if components is None else [_make_classified_data(chain, c, has_kinds) for c in components],
     }
     if singularities.redundant is not None and singularities.redundant.search_counts:
         content["tested"] = singularities.redundant.search_counts
@@ -501,10 +501,10 @@ def _describe_values_beyond_limits(chain: Chain, robot: Robot, components: Itera
                 continue
             low, high = joint_limits
             is_length = joint.name.startswith("d")
-            turns = (0,) if is_length else (-2 * sp.pi, 0, 2 * sp.pi)
+            turns = (0,) if is_length else (-2 * sp.pi, 0, 2 * sp.pi)  # a joint may also reach an angle a turn away
             outer_values = [v for v in values if v.is_number and not any(low <= v + turn <= high for turn in turns)]
-            write_limit = tex_length if is_length else tex_degrees
-            limits_text = f"from ${write_limit(low)}$ to ${write_limit(high)}$"
+            format_limit = tex_length if is_length else tex_degrees
+            limits_text = f"from ${format_limit(low)}$ to ${format_limit(high)}$"
             excluded_values += [
                 f"${tex(joint)} = {tex_result(value, joint)}$ ({limits_text})" for value in outer_values
             ]

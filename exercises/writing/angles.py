@@ -124,7 +124,7 @@ def list_link_angles(chain: Chain) -> list[sp.Expr]:
 
 def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
     """Return the angles of the base and of all links, grouped into runs of parallel axes."""
-    total, sense = chain.base.yaw, 1
+    total, sense = chain.base.yaw, 1  # the sense is -1 if an axis is antiparallel to the first axis of its run
     runs: list[list[sp.Expr]] = [[]]
     for theta, alpha in [(sp.S.Zero, chain.base.tilt), *((joint.theta, joint.alpha) for joint in chain.joints)]:
         total = _reduce_constant(total + sense * theta)

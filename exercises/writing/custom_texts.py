@@ -43,9 +43,11 @@ def write_custom_hints(part: Part, wording: "Wording") -> list[str]:
 
 
 def write_custom_symbols(part: Part, wording: "Wording") -> str:
-    """Return the names that an answer may contain besides joint variables and lengths, in complete groups.
+    """Return the names that an answer may contain besides joint variables and lengths.
 
-    The problem's statement does not present the joint accelerations, so these are also typeset.
+    If an answer contains one of the joint rates, all of them are listed, so that the list does not reveal which. The
+    same is true of the velocity components, of the joint accelerations and of all other names. The problem's statement
+    does not present the joint accelerations, so these are also typeset.
     """
     chain, used_names = wording.chain, {symbol.name for symbol in part.answer.as_matrix().free_symbols}
     accelerations = [name for name in part.symbols if name in name_accelerations(chain)]

@@ -111,22 +111,25 @@ def expand_jacobian(chain: Chain) -> Expansion:
 def expand_determinant(matrix: sp.Matrix, steps: tuple[ExpansionStep, ...] = ()) -> Expansion:
     """Return the steps that expand the determinant of a matrix, after the `steps` that led to the matrix."""
     factor: sp.Expr = sp.S.One
-    line, positions = find_sparsest_line(matrix)
-    while matrix.rows > 2 and len(positions) == 1:
+    submatrix, all_steps = matrix, steps
+    line, positions = find_sparsest_line(submatrix)
+    while submatrix.rows > 2 and len(positions) == 1:
         (position,) = positions
-        entry = matrix[position]
+        entry = submatrix[position]
         factor = (-1) ** sum(position) * entry * factor
-        matrix = matrix.minor_submatrix(*position)
-        steps = (*steps, ExpansionStep("alone", factor, matrix, line=line, entry=entry))
-        line, positions = find_sparsest_line(matrix)
-    if matrix.rows <= 2:
-        minor = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0] if matrix.rows == 2 else matrix[0, 0]
-        return Expansion(steps, "", (factor * minor,))
+        submatrix = submatrix.minor_submatrix(*position)
+        all_steps = (*all_steps, ExpansionStep("alone", factor, submatrix, line=line, entry=entry))
+        line, positions = find_sparsest_line(submatrix)
+    if submatrix.rows == 1:
+        return Expansion(all_steps, "", (factor * submatrix[0, 0],))
+    if submatrix.rows == 2:
+        determinant = submatrix[0, 0] * submatrix[1, 1] - submatrix[0, 1] * submatrix[1, 0]
+        return Expansion(all_steps, "", (factor * determinant,))
     products = []
     for position in positions:
-        minor = to_textbook_form(sp.expand(matrix.minor_submatrix(*position).det(method="berkowitz")))
-        products.append((-1) ** sum(position) * matrix[position] * minor)
-    return Expansion(steps, line, (factor * sp.Add(*products),))
+        minor = to_textbook_form(sp.expand(submatrix.minor_submatrix(*position).det(method="berkowitz")))
+        products.append((-1) ** sum(position) * submatrix[position] * minor)
+    return Expansion(all_steps, line, (factor * sp.Add(*products),))
 
 
 class Line(NamedTuple):

@@ -81,7 +81,7 @@ class HintContext:
 
     @staticmethod
     def reveals_entry(shown_matrix: sp.Matrix, answer: sp.Expr | sp.Matrix) -> bool:
-        """Return whether a hint's matrix contains an entry of the answer, up to its sign and to three digits."""
+        """Return whether a hint's matrix contains an entry of the answer, up to its sign and an error of 0.5 %."""
         answer_entries = set(answer if isinstance(answer, sp.MatrixBase) else [answer]) - {0, 1, -1}
         return any(_are_nearly_equal(entry, value) for entry in shown_matrix for value in answer_entries)
 

@@ -195,13 +195,13 @@ class Catalogue:
 
 
 def _translate_by_first_match(
-    rows: Iterable[PhraseTranslation], text: str, translate_word: Callable[[str], str] = str
+    phrase_translations: Iterable[PhraseTranslation], text: str, translate_word: Callable[[str], str] = str
 ) -> str:
-    """Translate a text by the first row that matches the text, or return the text unchanged.
+    """Translate a text by the first phrase that matches the text, or return the text unchanged.
 
     `translate_word` is applied to the words that are copied to the translation.
     """
-    for regex, translation in rows:
+    for regex, translation in phrase_translations:
         match = regex.fullmatch(text)
         if match is not None:
             return translation.format(**{key: translate_word(word) for key, word in match.groupdict().items()})

@@ -117,12 +117,14 @@ class _ExpressionLayout:
         product = order.order_product(expression)
         factors_above, factors_below = product.numerator, product.denominator
         number_above, number_below = self.split_coefficient(product.number, remainder, bool(factors_below))
-        is_alone = not number_above and len(factors_above) == 1 and bool(factors_below or number_below)
-        numerator = number_above + self.lay_out_factors(factors_above, product.flipped_sums, is_alone) or number("1")
-        is_alone = not number_below and len(factors_below) == 1
-        denominator = number_below + self.lay_out_factors(factors_below, product.flipped_sums, is_alone)
-        if not denominator:
+        has_denominator = bool(factors_below or number_below)
+        is_alone_above = has_denominator and not number_above and len(factors_above) == 1
+        pieces_above = self.lay_out_factors(factors_above, product.flipped_sums, is_alone_above)
+        numerator = number_above + pieces_above or number("1")
+        if not has_denominator:
             return _SignedTerm(product.is_negative, numerator)
+        is_alone_below = not number_below and len(factors_below) == 1
+        denominator = number_below + self.lay_out_factors(factors_below, product.flipped_sums, is_alone_below)
         return _SignedTerm(product.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
 
     def lay_out_factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
@@ -209,7 +211,8 @@ class _ExpressionLayout:
     def split_coefficient(self, value: sp.Expr, remainder: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Split a numeric coefficient into the numbers in the numerator and in the denominator of its term.
 
-        7/20 adds 0.35 to the numerator; 20/7 adds 0.35 to the denominator.
+        7/20 adds 0.35 to the numerator; 20/7 adds 0.35 to the denominator. `remainder` is the term without the
+        coefficient, and `is_fraction` says whether it has a denominator.
         """
         if value == 1:
             return (), ()
@@ -370,17 +373,15 @@ def _restore_table_numbers(value: sp.Expr) -> sp.Expr:
     if len(brackets) != 1 or value.is_Add:
         return value
     (bracket,) = brackets
-    numbers, terms = [], []
-    for term in bracket.args:
-        number, remainder = term.as_coeff_Mul()
-        terms.append((number, remainder))
-        numbers += [] if remainder == 1 else [number]
-    if len(numbers) == len(terms) or not all(number.is_Integer for number, _ in terms):
+    terms = [term.as_coeff_Mul() for term in bracket.args]
+    coefficients_of_symbols = [coefficient for coefficient, remainder in terms if remainder != 1]
+    has_constant = len(coefficients_of_symbols) < len(terms)
+    if not has_constant or not all(coefficient.is_Integer for coefficient, _ in terms):
         return value
-    common_factor = sp.Integer(math.gcd(*map(int, numbers)))
-    if any(write_decimal(number / common_factor) is None for number, _ in terms):
+    common_factor = sp.Integer(math.gcd(*map(int, coefficients_of_symbols)))
+    if any(write_decimal(coefficient / common_factor) is None for coefficient, _ in terms):
         return value
-    new_bracket = sp.Add(*(number / common_factor * remainder for number, remainder in terms))
+    new_bracket = sp.Add(*(coefficient / common_factor * remainder for coefficient, remainder in terms))
     return value / bracket * common_factor * new_bracket
 
 
@@ -428,19 +429,18 @@ def tex_result(value: sp.Expr, joint: sp.Symbol) -> str:
     >>> tex_result(sp.atan(sp.Rational(1499950, 55059)) - sp.pi, theta3)
     '-1.607\\,\\text{rad} \\approx -92.1^\\circ'
     """
-    value = sp.sympify(value)
-    if not value.is_number:
-        return tex_value(value, joint)
-    is_long = sp.count_ops(value) > _MAX_SHORT_OPERATIONS or any(
-        abs(number.p) > _MAX_SHORT_NUMBER or number.q > _MAX_SHORT_NUMBER for number in value.atoms(sp.Rational)
+    exact_value = sp.sympify(value)
+    if not exact_value.is_number:
+        return tex_value(exact_value, joint)
+    is_long = sp.count_ops(exact_value) > _MAX_SHORT_OPERATIONS or any(
+        max(abs(rational.p), rational.q) > _MAX_SHORT_NUMBER for rational in exact_value.atoms(sp.Rational)
     )
-    if is_long:
-        exact_value, value = value, sp.Rational(f"{float(value):.4g}")
+    shown_value = sp.Rational(f"{float(exact_value):.4g}") if is_long else exact_value
     if joint.name.startswith("d"):
-        return tex_length(value)
-    if (value / sp.pi).is_Rational:
-        return tex_angle(value)
-    return rf"{tex_angle(value)} \approx {tex_degrees(exact_value if is_long else value)}"
+        return tex_length(shown_value)
+    if (shown_value / sp.pi).is_Rational:
+        return tex_angle(shown_value)
+    return rf"{tex_angle(shown_value)} \approx {tex_degrees(exact_value)}"
 
 
 def tex_degrees(angle: sp.Expr) -> str:

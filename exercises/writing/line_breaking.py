@@ -22,6 +22,8 @@ OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "
 """Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
+"""The widths of other letters and signs, the size of scripts and of entries relative to the formula, and the gap
+between columns."""
 FRACTION_MARGIN, ROOT_WIDTH, FUNCTION_MARGIN = 0.2, 0.9, 0.17
 """Widths added to a fraction for its bar, to a root for its sign, and to a function's name for the space around it."""
 INDENT_WIDTH = 1.0
@@ -175,8 +177,8 @@ def _find_matrix(piece: Layout) -> Layout | None:
 
 def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     """Return the lines of a wide fraction, as 1 over the denominator times the numerator; none for other formulas."""
-    has_sign = formula_pieces[:1] == (layout.MINUS,)
-    sign, unsigned_pieces = formula_pieces[:has_sign], formula_pieces[has_sign:]
+    sign_count = 1 if formula_pieces[:1] == (layout.MINUS,) else 0
+    sign, unsigned_pieces = formula_pieces[:sign_count], formula_pieces[sign_count:]
     if len(unsigned_pieces) != 1 or unsigned_pieces[0].text != "frac":
         return []
     numerator, denominator = (side.inner for side in unsigned_pieces[0].inner)

@@ -89,14 +89,14 @@ def to_html(
     html_text = parser.renderer.render(tokens, parser.options, {})
 
     convert = convert_formula or partial(_convert_to_mathml, max_width=width_share * HTML_WIDTH)
-    joins_punctuation = convert_formula is None or join_punctuation
+    uses_spans = convert_formula is None or join_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()
         latex, is_displayed = formulas[int(number)]
         html = f"{prefix}{convert(latex, is_displayed)}{suffix}"
         is_single = not is_displayed and len(_split_equations(latex)) == 1
-        return f'<span class="whole">{html}</span>' if joins_punctuation and is_single and (prefix or suffix) else html
+        return f'<span class="whole">{html}</span>' if uses_spans and is_single and (prefix or suffix) else html
 
     return _PLACEHOLDER_WITH_PUNCTUATION.sub(convert_with_punctuation, str(html_text))
 
@@ -340,11 +340,11 @@ def _write_text_blocks(
 def _wrap(text: str, width: int) -> list[str]:
     """Return the pieces of a paragraph: wrapped prose, and displayed formulas (indented) unchanged."""
     pieces = [piece for piece in re.split(r"\n{2,}", text) if piece.strip()]
-    return [piece if piece.startswith("    ") else textwrap.fill(piece, width) for piece in pieces]
+    return [piece if piece.startswith(_INDENT) else textwrap.fill(piece, width) for piece in pieces]
 
 
 def _write_table(rows: Sequence[Sequence[str]]) -> str:
     widths = [max(line_width(row[column]) for row in rows) for column in range(len(rows[0]))]
     lines = ["  ".join(cell.center(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     lines.insert(1, "  ".join("─" * width for width in widths))
-    return textwrap.indent("\n".join(lines), "    ")
+    return textwrap.indent("\n".join(lines), _INDENT)

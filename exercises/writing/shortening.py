@@ -41,7 +41,7 @@ def use_angle_sums(expression: sp.Expr, has_notation: HasNotation) -> sp.Expr:
     >>> use_angle_sums(a1 * sp.sin(t1) * sp.cos(t2) + a1 * sp.cos(t1) * sp.sin(t2), lambda angle: True)
     a1*sin(theta1 + theta2)
     """
-    if len(expression.atoms(sp.sin, sp.cos)) < 4:
+    if len(expression.atoms(sp.sin, sp.cos)) < 4:  # an identity needs the sines and cosines of two angles
         return expression
     return _shorten_sums(expression, lambda total: _combine_one_pair(total, has_notation))
 
@@ -153,7 +153,7 @@ def _join_shifted_terms(total: sp.Expr) -> sp.Expr | None:
 
 
 def _may_join_terms(total: sp.Expr, trigs: AbstractSet[sp.Expr]) -> bool:
-    """Return whether two terms may be the same after expansion, apart from their numbers and from some trigs."""
+    """Return whether two terms may become equal by expanding `trigs` (sines and cosines), apart from their numbers."""
     remainders = set()
     for term in total.args:
         _, factors = _split_number(term)
@@ -209,6 +209,7 @@ def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.
             if has_same_function or number not in (second_number, -second_number):
                 continue
             is_cosine = functions[alpha] is functions[beta]  # cos cos and sin sin
+            # cos(a - b) = cos a cos b + sin a sin b, but sin(a - b) = sin a cos b - cos a sin b
             is_difference = (number == second_number) == is_cosine
             function = sp.cos if is_cosine else sp.sin
             leading_number = number if functions[alpha] is function else second_number

@@ -175,7 +175,7 @@ class SolutionSteps:
             vector, origin = self.derivation.p_star[:, joint - 1], self.origins[i]
             if self._depends_on_joints(vector):
                 depends = self._depends_on_joints
-                # If only the vector depends on the joints, it shows how the coordinate of P depends on them.
+                # If, in a coordinate, only the vector depends on the joints, it reveals how P's coordinate does.
                 revealed_count = sum(depends(vector[k]) and not depends(origin[k]) for k in range(3))
                 return (i, vector) if depends(origin) and revealed_count < 2 else None
         return None
@@ -218,8 +218,8 @@ class SolutionSteps:
     def point_positions(self) -> list[tuple[int, sp.Matrix]]:
         """Joints i, the last first, each with the position of P if only the joints i to n have moved from home.
 
-        Joints that do not move P are omitted. After other joints, joint 1 is omitted, too: then P is at its final
-        position.
+        Joints that do not move P are omitted. Joint 1 is omitted, too, unless it is the only one, because P is then at
+        its final position.
         """
         positions: list[tuple[int, sp.Matrix]] = []
         previous_position = self.derivation.position.xreplace(self.home_configuration)
@@ -330,7 +330,7 @@ class SolutionSteps:
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:
-        """J at `joint_1_value`; None if det J depends on joint 1, if J doesn't, or for more than four joints."""
+        """J at `joint_1_value`; None if det J depends on joint 1, if J doesn't, or unless there are 2 to 4 joints."""
         jacobian = expansion.shorten_by_joint_1(self._structure) if 1 < self.chain.n <= 4 else None
         return None if jacobian is None else jacobian.applyfunc(self.derivation.substitute_values)
 
@@ -409,6 +409,7 @@ class SolutionSteps:
     def _find_cases(
         self, component: Component, classification: Classification
     ) -> tuple[tuple[ValueCombination, Classification], ...]:
+        """Return the classification for each choice of joint values; () if it is the same for all."""
         subsets = split_by_value(component, classification)
         cases = tuple((values, classify(self.chain, subset)) for values, subset in subsets)
         return cases if len({case for _, case in cases}) > 1 else ()

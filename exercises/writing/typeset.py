@@ -259,8 +259,8 @@ def _find_degrees(node: Node) -> Node | None:
     """Return 30 if a node is an angle of 30 degrees, which is parsed as 30*pi/180; None for any other node."""
     if node.kind != "/" or node.args[1] != _HALF_TURN or node.args[0].kind != "*":
         return None
-    number, pi = node.args[0].args
-    return number if number.kind in ("number", "decimal") and pi == _PI else None
+    degrees, pi = node.args[0].args
+    return degrees if degrees.kind in ("number", "decimal") and pi == _PI else None
 
 
 def _typeset_number(node: Node) -> _Operand:

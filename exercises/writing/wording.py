@@ -122,13 +122,13 @@ class Wording:
             return False
         return not derivation.determinant.free_symbols & set(self.chain.q)
 
-    def moves_outside_task(self, rows: int = len(VELOCITY_NAMES)) -> bool:
+    def moves_outside_task(self, component_count: int = len(VELOCITY_NAMES)) -> bool:
         """Return whether the arm can move in a direction outside its task.
 
-        Only the first `rows` of the velocity components (vx, ..., wz) are considered.
+        Only the first `component_count` of the velocity components (vx, ..., wz) are considered.
         """
         geometric = derive(self.chain).geometric_jacobian
-        outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:rows]) if row not in self.chain.task)
+        outside_task = (i for i, row in enumerate(VELOCITY_NAMES[:component_count]) if row not in self.chain.task)
         return any(not geometric[i, :].is_zero_matrix for i in outside_task)
 
     @property

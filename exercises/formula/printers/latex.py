@@ -112,11 +112,12 @@ def _print_piece(piece: Layout) -> str:
 
 @lru_cache(maxsize=2048)
 def _print_script(base_piece: Layout, subscript: Layout, superscript: Layout) -> str:
-    first_piece, *other_pieces = *row_pieces(superscript), EMPTY
-    prime_marks = "'" * (PRIMES.find(first_piece.text) + 1) if first_piece.text else ""
-    superscript = row(*other_pieces[:-1]) if prime_marks else superscript
-    text = _print_piece(base_piece) + prime_marks
-    scripts = ("_", subscript), ("^", superscript)
+    superscript_pieces = row_pieces(superscript)
+    has_text = bool(superscript_pieces) and superscript_pieces[0].text != ""
+    prime_count = PRIMES.find(superscript_pieces[0].text) + 1 if has_text else 0
+    superscript_after_primes = row(*superscript_pieces[1:]) if prime_count else superscript
+    text = _print_piece(base_piece) + "'" * prime_count
+    scripts = ("_", subscript), ("^", superscript_after_primes)
     for mark, part in reversed(scripts) if superscript == _STAR else scripts:  # p^*_{1}
         text += f"{mark}{_print_index(part)}" if part.inner or part.text else ""
     return text

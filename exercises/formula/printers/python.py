@@ -100,7 +100,10 @@ def write_matrix_code(rows: Sequence[Sequence[str]], prefix_width: int) -> str:
 
 
 def write_list_code(items: Sequence[str], prefix_width: int, depth: int = 0) -> str:
-    """Return the code of a list, on one line if the list fits after `prefix_width` columns."""
+    """Return the code of a list, on one line if the list fits after `prefix_width` columns.
+
+    Otherwise, each item has a line of its own, indented once more than `depth` times.
+    """
     line = f"[{', '.join(items)}]"
     if prefix_width + len(line) <= MAX_CODE_WIDTH and "\n" not in line:
         return line
@@ -122,6 +125,7 @@ def _wrap(text: str, depth: int) -> str:
     indent = _INDENT * depth
     if "\n" in text:  # broken already
         return indent + text
+    # \0 stands for a space at which the line must not be broken
     bracket_pattern = rf"(?<=[a-z]\()[^()]*(?=\))|\([^()]{{,{_MAX_SHORT_BRACKET}}}\)"
     protected_text = re.sub(bracket_pattern, lambda match: match.group().replace(" ", "\0"), text)
     protected_text = re.sub(r" ([-+]) ", " \\1\0", protected_text)

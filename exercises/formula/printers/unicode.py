@@ -18,6 +18,7 @@ _SUBSCRIPT_TABLE = str.maketrans("0123456789+-−()aehijklmnoprstuv", "₀₁₂
 _SUPERSCRIPT_TABLE = str.maketrans("0123456789+-()*T⊤injk−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻⁽⁾*ᵀᵀⁱⁿʲᵏ⁻")
 _SPACED_SIGNS = {"-", *"+−=≠≤≥<>≪≫≈≡∼≃≅∝∈∉∋⊂⊆⊃⊇×⋅÷±∓⊕⊗⊙∧∨∪∩∖→⟶←↔⇒⟹⇐⇔⟺↦⊥∥∣"}
 _SIGNS_BEFORE_NUMBER_SIGN = {"", "(", "[", "=", "+", "-", "−", ",", "×", "⋅", "≠", "≤", "≥", "≈"}
+"""Signs after which a plus or minus is the sign of a number; "" is the start of a row."""
 _NO_SPACE_AFTER, _NO_SPACE_BEFORE = _SIGNS_BEFORE_NUMBER_SIGN | _SPACED_SIGNS | set(" √|‖⟨⌊⌈∂∇∠¬/"), tuple(" )],'/:")
 _TALL_BRACKETS = {
     "[": "⎡⎢⎣⎢", "]": "⎤⎥⎦⎥", "(": "⎛⎜⎝⎜", ")": "⎞⎟⎠⎟", "{": "⎧⎪⎩⎨", "}": "⎫⎪⎭⎬", "|": "││││", "‖": "‖‖‖‖",
@@ -135,12 +136,13 @@ def _print_row(row: Layout, *parts: stringPict) -> stringPict:
             boxes.append(f"{text} ")
         else:
             boxes.append(_print_sign(parts, index, char_before) if is_sign else box)
+        # sin, atan2, R_z or Rₓ: the bracket that follows has no space before it
         is_function = re.fullmatch(r"[a-z]{3,}2?|[A-Z]_.|[A-Z][ₐ-ₜ]", text) is not None
         is_index_before = piece.kind == "script" and not piece.inner[0].inner and not piece.inner[0].text  # as in ³J
         if piece.kind == "text" and text.endswith(" "):
             char_before = " "
         elif box.height() > 1 and not is_sign:
-            char_before = "]"
+            char_before = "]"  # a tall box is spaced like a matrix
         else:
             char_before = "" if is_index_before else text.strip()[-1:]
     return _join(*boxes)
