@@ -227,8 +227,9 @@ def is_zero(value: sp.Expr) -> bool:
 
 def evaluate_entry(value: sp.Expr) -> sp.Expr:
     """Return a value expanded, its numbers evaluated to 60 digits; rounding errors of zero are removed."""
-    value = sp.expand(sp.N(value, _DIGITS))
-    return value.xreplace({number: sp.S.Zero for number in value.atoms(sp.Float) if abs(number) < _ROUNDING_ERROR})
+    evaluated = sp.expand(sp.N(value, _DIGITS))
+    rounding_errors = (number for number in evaluated.atoms(sp.Float) if abs(number) < _ROUNDING_ERROR)
+    return evaluated.xreplace(dict.fromkeys(rounding_errors, sp.S.Zero))
 
 
 def recognize_exact(value: sp.Expr) -> sp.Expr:
@@ -269,6 +270,7 @@ def _recognize_sum_of_roots(number: sp.Float) -> sp.Expr | None:
     roots = [sp.S.One, sp.sqrt(2), sp.sqrt(3), sp.sqrt(6)]
     with mpmath.workdps(_DIGITS):
         values = [mpmath.mpf(value.n(_DIGITS)) for value in (number, *roots)]
+        # five coefficients of at most four digits would hardly match 30 digits by chance
         relation = mpmath.pslq(values, tol=mpmath.mpf(10) ** -30, maxcoeff=_MAX_SUM_COEFFICIENT, maxsteps=10**4)
     if not relation or relation[0] == 0:
         return None
@@ -278,14 +280,14 @@ def _recognize_sum_of_roots(number: sp.Float) -> sp.Expr | None:
 
 def compute_angle(cosine: sp.Expr, sine: sp.Expr) -> sp.Expr:
     """Return the angle in (-pi, pi] with this numeric cosine and sine, rounded if no exact form is found."""
-    cosine, sine = evaluate_entry(cosine), evaluate_entry(sine)
-    value = sp.atan2(sine, cosine).n(_DIGITS)
+    numeric_cosine, numeric_sine = evaluate_entry(cosine), evaluate_entry(sine)
+    value = sp.atan2(numeric_sine, numeric_cosine).n(_DIGITS)
     multiple = sp.pi * sp.Integer(sp.floor(value * 12 / sp.pi + sp.Rational(1, 2))) / 12
     if abs(multiple.n(_DIGITS) - value) < ZERO_TOLERANCE:
         return sp.pi if multiple == -sp.pi else multiple
-    cosine, sine = _recognize_number(cosine), _recognize_number(sine)
-    is_exact = sp.expand(cosine**2 + sine**2) == 1
-    return sp.atan2(sine, cosine) if is_exact else sp.Rational(str(round(value, _ROUNDED_DECIMALS)))
+    exact_cosine, exact_sine = _recognize_number(numeric_cosine), _recognize_number(numeric_sine)
+    is_exact = sp.expand(exact_cosine**2 + exact_sine**2) == 1
+    return sp.atan2(exact_sine, exact_cosine) if is_exact else sp.Rational(str(round(value, _ROUNDED_DECIMALS)))
 
 
 def _evaluate_matrix(matrix: sp.Matrix) -> sp.Matrix:

@@ -150,6 +150,7 @@ class NumericChain:
     - `kinds`, `is_revolute`, `joint_offsets`: the kind of each joint, whether it is revolute, and its joint offset.
     - `fixed_entries`, `a`: the entry d or theta of each joint that is constant, and a of each joint.
     - `point_frame`, `point_offset`: the frame in which P is fixed, and the homogeneous coordinates of P in it (4).
+    - `base`: the pose of frame 0 in the world (4 x 4).
     """
 
     def __init__(self, chain: Chain, values: Mapping[str, float]) -> None:

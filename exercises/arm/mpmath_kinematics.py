@@ -137,16 +137,16 @@ def solve_linear(matrix: Sequence[Vector], right_side: Sequence[Any], context: A
     return list(context.lu_solve(matrix, right_side))
 
 
-def inverse(matrix: Sequence[Vector]) -> list[Vector]:
+def compute_inverse(matrix: Sequence[Vector]) -> list[Vector]:
     """Return the inverse of a square matrix as rows. Raises ZeroDivisionError if the matrix is singular."""
     rows: list[Vector] = PRECISE_CONTEXT.inverse(matrix).tolist()
     return rows
 
 
-def determinant(matrix: Sequence[Vector]) -> Any:
+def compute_determinant(matrix: Sequence[Vector]) -> Any:
     """Return the determinant of a square matrix, given as rows; 0 if the matrix is singular up to rounding.
 
-    >>> determinant([[0, 1], [0, 2]])
+    >>> compute_determinant([[0, 1], [0, 2]])
     mpf('0.0')
     """
     try:
@@ -155,7 +155,7 @@ def determinant(matrix: Sequence[Vector]) -> Any:
         return PRECISE_CONTEXT.zero
 
 
-def gram_matrix(matrix: Sequence[Vector]) -> list[Vector]:
+def compute_gram_matrix(matrix: Sequence[Vector]) -> list[Vector]:
     """Return the product of a matrix, given as rows, and its transpose."""
     return [[sum(a * b for a, b in zip(row, other_row, strict=True)) for other_row in matrix] for row in matrix]
 

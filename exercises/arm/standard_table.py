@@ -63,19 +63,20 @@ def convert_standard_rows(rows: Sequence[WrittenRow], base: Pose, point: Point |
     The frame of a reversed joint is rotated by pi about x, because Rz(-q) = Rx(pi) Rz(q) Rx(-pi). A rotation of the
     base about its z axis is added to theta or to the variable of joint 1. The point is converted to the new frames.
     """
-    rows = list(rows)
+    new_rows, new_base, new_point = list(rows), base, point
     for i, row in enumerate(rows):
         if row.is_reversed:
-            rows[i] = WrittenRow(row.kind, -row.theta, -row.d, row.a, wrap_angle(row.alpha - sp.pi))
+            # the rotation by pi about x is added to alpha of the preceding row, and undone by alpha of this row
+            new_rows[i] = WrittenRow(row.kind, -row.theta, -row.d, row.a, wrap_angle(row.alpha - sp.pi))
             if i:
-                rows[i - 1] = replace(rows[i - 1], alpha=wrap_angle(rows[i - 1].alpha + sp.pi))
+                new_rows[i - 1] = replace(new_rows[i - 1], alpha=wrap_angle(new_rows[i - 1].alpha + sp.pi))
             else:
-                base = base @ REVERSAL
-            point = _convert_point(point, i, REVERSAL)
-    table_base, base_rotation = (Base(), sp.S.Zero) if base == IDENTITY_POSE else split_base_pose(base)
-    rows[0] = replace(rows[0], theta=rows[0].theta + base_rotation)
-    joints = (row.with_variable(sp.Symbol(f"{row.variable_key}{number}")) for number, row in enumerate(rows, 1))
-    return table_base, tuple(joints), _convert_point(point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
+                new_base = base @ REVERSAL
+            new_point = _convert_point(new_point, i, REVERSAL)
+    table_base, base_rotation = (Base(), sp.S.Zero) if new_base == IDENTITY_POSE else split_base_pose(new_base)
+    new_rows[0] = replace(new_rows[0], theta=new_rows[0].theta + base_rotation)
+    joints = (row.with_variable(sp.Symbol(f"{row.variable_key}{number}")) for number, row in enumerate(new_rows, 1))
+    return table_base, tuple(joints), _convert_point(new_point, 0, Pose(rot_z(-base_rotation), sp.zeros(3, 1)))
 
 
 def convert_modified_rows(rows: Sequence[WrittenRow], base: Pose, point: Point | None) -> ArmTable:
@@ -83,9 +84,11 @@ def convert_modified_rows(rows: Sequence[WrittenRow], base: Pose, point: Point |
     following_links = [(row.a, row.alpha) for row in rows[1:]] + [(sp.S.Zero, sp.S.Zero)]
     standard_rows = [replace(row, a=a, alpha=alpha) for row, (a, alpha) in zip(rows, following_links, strict=True)]
     motions = [Pose(rot_x(row.alpha), sp.Matrix([row.a, 0, 0])) for row in rows]  # from modified to standard frames
+    standard_point = point
     for i, motion in enumerate(motions):
-        point = _convert_point(point, i, motion)
-    return convert_standard_rows(standard_rows, base if motions[0] == IDENTITY_POSE else base @ motions[0], point)
+        standard_point = _convert_point(standard_point, i, motion)
+    standard_base = base if motions[0] == IDENTITY_POSE else base @ motions[0]
+    return convert_standard_rows(standard_rows, standard_base, standard_point)
 
 
 def _convert_point(point: Point | None, frame: int, motion: Pose) -> Point | None:
@@ -225,9 +228,9 @@ def is_table_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None
 
 def wrap_angle(angle: sp.Expr) -> sp.Expr:
     """Return an angle reduced to (-pi, pi] if it is a rational multiple of pi, else expanded."""
-    angle = sp.expand(angle)
-    turns = angle / (2 * sp.pi)
+    expanded_angle = sp.expand(angle)
+    turns = expanded_angle / (2 * sp.pi)
     if not turns.is_Rational:
-        return angle
+        return expanded_angle
     fraction = turns - sp.floor(turns)  # at least 0 and less than 1
     return 2 * sp.pi * (fraction if fraction <= sp.Rational(1, 2) else fraction - 1)

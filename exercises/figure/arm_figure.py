@@ -151,9 +151,9 @@ def draw_figure_svg(chain: Chain, name: str = "arm", pose: Mapping[str, float] |
 
     Without a pose, an arm described by its axes is drawn at home, and any other arm in its clearest pose.
     """
-    if pose is None and convention_of(chain).is_drawn_at_home:
-        pose = {q.name: 0.0 for q in chain.q}
-    return _draw_cached_svg(chain, name, None if pose is None else tuple(pose.items()))
+    is_at_home = pose is None and convention_of(chain).is_drawn_at_home
+    drawn_pose = {q.name: 0.0 for q in chain.q} if is_at_home else pose
+    return _draw_cached_svg(chain, name, None if drawn_pose is None else tuple(drawn_pose.items()))
 
 
 @lru_cache(maxsize=64)

@@ -82,8 +82,8 @@ class Scene:
         start, axis = self.skeleton.origins[i - 1], self.find_axis(i)
         distance_along_axis = float((self.glyph_positions[i - 1] - start) @ axis)
         link = self.skeleton.corners[i - 1] - start
-        share = distance_along_axis / float(link @ axis) if _has_link_along_axis(self.skeleton, i - 1) else np.inf
-        return abs(distance_along_axis) > 1e-9 and not 0.0 <= share <= 1.0
+        fraction = distance_along_axis / float(link @ axis) if _has_link_along_axis(self.skeleton, i - 1) else np.inf
+        return abs(distance_along_axis) > 1e-9 and not 0.0 <= fraction <= 1.0
 
 
 def make_scene(chain: Chain, skeleton: Skeleton, view: View, is_sparse: bool = False) -> Scene:
@@ -128,7 +128,7 @@ def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions:
     """
     origin, z = skeleton.origins[i], skeleton.frames[i, :3, 2]
     link = skeleton.corners[i] - origin
-    candidates = [origin + share * link for share in (0.0, 0.45, 0.6, 0.3)]
+    candidates = [origin + fraction * link for fraction in (0.0, 0.45, 0.6, 0.3)]
     if not view.is_end_on(z):
         if i == 0 and _have_same_origin(skeleton):
             candidates = []  # the shared origin is left to joint 2
@@ -138,6 +138,7 @@ def _find_free_position(skeleton: Skeleton, view: View, i: int, taken_positions:
         candidates += [origin + step * distance / view.scale * z for step in steps]
     for candidate in candidates:
         pixel = view.to_pixels(candidate)
+        # three pixels less, because an axis may be drawn a little shortened
         if all(math.dist(pixel, view.to_pixels(position)) >= GLYPH_DISTANCE - 3 for position in taken_positions):
             return np.asarray(candidate)
     return np.asarray(candidates[0])
@@ -203,7 +204,7 @@ def list_anchors_beside(start: Vector2D, end: Vector2D) -> tuple[tuple[Vector2D,
     second_side = (-first_side[0], -first_side[1])
     if (round(first_side[1], 3), round(first_side[0], 3)) > (0.0, 0.0):
         first_side, second_side = second_side, first_side
-    points = [(start[0] + share * dx, start[1] + share * dy) for share in (0.5, 0.65, 0.35, 0.8, 0.2)]
+    points = [(start[0] + fraction * dx, start[1] + fraction * dy) for fraction in (0.5, 0.65, 0.35, 0.8, 0.2)]
     return tuple((point, side) for point in points for side in (first_side, second_side))
 
 
@@ -214,7 +215,7 @@ def draw_joint(scene: Scene, i: int) -> Drawing:
     shapes: tuple[Polyline | Circle, ...]
     if kind == PRISMATIC:
         length_to_corner = view.scale * float(np.linalg.norm(scene.skeleton.corners[i - 1] - position))
-        half_length = max(min(SLEEVE_HALF_LENGTH, 0.4 * length_to_corner), 8.0)
+        half_length = max(min(SLEEVE_HALF_LENGTH, 0.4 * length_to_corner), 8.0)  # short enough to show the rod
         shapes = draw_sleeve(view, position, z, half_length, SLEEVE_HALF_WIDTH[scene.is_flat])
     elif not view.is_end_on(z):
         shapes = draw_cylinder(view, position, z, JOINT_RADIUS, JOINT_HALF_LENGTH)
@@ -252,13 +253,13 @@ def draw_ground(scene: Scene) -> Drawing:
 
 
 def _draw_hatched_line(view: View, middle: np.ndarray, x: np.ndarray, down: np.ndarray) -> tuple[Shape, ...]:
-    """Return a line along x with hatching below the line."""
-    unit = 1.0 / view.scale
+    """Return a line along x, 60 pixels long, with hatching 8 pixels below the line."""
+    pixel = 1.0 / view.scale  # in metres
     ticks = [
-        Polyline(view.to_pixel_path([middle + unit * k * x, middle + unit * (8 * down + (k - 8) * x)]), "hatch")
+        Polyline(view.to_pixel_path([middle + pixel * k * x, middle + pixel * (8 * down + (k - 8) * x)]), "hatch")
         for k in range(-24, 31, 9)
     ]
-    return (*ticks, Polyline(view.to_pixel_path([middle - unit * 30 * x, middle + unit * 30 * x]), "ground"))
+    return (*ticks, Polyline(view.to_pixel_path([middle - pixel * 30 * x, middle + pixel * 30 * x]), "ground"))
 
 
 def draw_joint_variable(scene: Scene, i: int) -> Drawing:
@@ -297,7 +298,7 @@ def draw_arc(
     segment_count = max(8, int(abs(angle) * 12 + 1e-6))
     arc_angles = angle * np.arange(segment_count + 1)[:, None] / segment_count
     points = view.to_pixel_path(center + compute_unit_vector(*xy, arc_angles) * radius / view.scale)
-    radial_vectors = [compute_unit_vector(*xy, share * angle) for share in (0.5, 0.35, 0.65, 0.2, 0.8)]
+    radial_vectors = [compute_unit_vector(*xy, fraction * angle) for fraction in (0.5, 0.35, 0.65, 0.2, 0.8)]
     arc_points = view.to_pixel_path([center + vector * radius / view.scale for vector in radial_vectors])
     anchors = tuple(zip(arc_points, map(view.to_drawn_direction, radial_vectors), strict=True))
     further_points = points[:: max(1, segment_count // 8)]
@@ -373,7 +374,7 @@ def fit_drawing(
     Without `axes`, the arm's usual view is used.
     """
     view = _scale_view(chain, skeleton, max_arm_size, choose_view(chain) if axes is None else axes)
-    for _ in range(3):
+    for _ in range(3):  # several times, because joints and arrows do not shrink with the arm
         (left, top), (right, bottom) = find_bounding_box(draw(view).shapes)
         shift = (size[0] / 2 - (left + right) / 2 + view.shift[0], size[1] / 2 - (top + bottom) / 2 + view.shift[1])
         width_factor = (size[0] - 2 * margin[0]) / max(right - left, 1e-9)

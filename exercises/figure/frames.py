@@ -80,7 +80,7 @@ def _draw_axis(
 ) -> Drawing:
     """Return an axis as an arrow of `length` pixels with a label; `name` selects the style of the axis."""
     end = origin + axis * length / view.scale
-    tip_points = view.to_pixel_path([origin + share * (end - origin) for share in (0.85, 0.7, 0.55)])
+    tip_points = view.to_pixel_path([origin + fraction * (end - origin) for fraction in (0.85, 0.7, 0.55)])
     anchors = make_anchors(view.to_pixels(end), view.to_drawn_direction(axis))
     request = LabelRequest(lettering, anchors, name, gap=3.0, rank=2, kind="axis", further_points=tip_points)
     return Drawing(draw_arrow(view, origin, end, f"axis-{name}"), (request,))
@@ -159,8 +159,8 @@ def _compute_closeness_cost(distance: float, min_distance: float) -> float:
 
 def _compute_distance_to_segment(point: Vector2D, start: Vector2D, end: Vector2D) -> float:
     (x, y), (u, v) = (point[0] - start[0], point[1] - start[1]), (end[0] - start[0], end[1] - start[1])
-    share = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
-    return math.hypot(x - share * u, y - share * v)
+    fraction = min(max((x * u + y * v) / (u * u + v * v), 0.0), 1.0)
+    return math.hypot(x - fraction * u, y - fraction * v)
 
 
 def _list_distinct_origins(scene: Scene) -> list[np.ndarray]:

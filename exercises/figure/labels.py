@@ -65,8 +65,8 @@ class Layout:
             return None
         _, (x, y) = self._places[i].find_nearest_point(box)
         u, v = min(max(x, left), right), min(max(y, top + 2), bottom - 2)
-        share = max(0.0, 1.0 - 2.5 / max(math.hypot(x - u, y - v), 1e-9))
-        return LeaderLine(Polyline(((u, v), (u + (x - u) * share, v + (y - v) * share)), "leader"))
+        fraction = max(0.0, 1.0 - 2.5 / max(math.hypot(x - u, y - v), 1e-9))
+        return LeaderLine(Polyline(((u, v), (u + (x - u) * fraction, v + (y - v) * fraction)), "leader"))
 
     @property
     def leaders(self) -> tuple[Polyline, ...]:
@@ -79,6 +79,7 @@ class Layout:
         texts = []
         for i in self._order:
             box, request = self._boxes[i], self._requests[i]
+            # the baseline lies below the middle of the letters
             middle, baseline = (box[0] + box[2]) / 2, (box[1] + box[3]) / 2 + 0.27 * FONT_SIZE
             _, named_point = self._places[i].find_nearest_point(box)
             texts.append(Text(middle, baseline, make_font_runs(request.lettering), request.style, box, named_point))

@@ -123,6 +123,6 @@ def measure_width(lettering: Lettering) -> float:
     width = 0.0
     for text, _, is_subscript in lettering:
         for letter in text:
-            share = 0.34 if letter in narrow_letters else 0.74 if letter in wide_letters else 0.56
-            width += share * FONT_SIZE * _scale_letters(text, is_subscript)
-    return width + 2.0
+            fraction = 0.34 if letter in narrow_letters else 0.74 if letter in wide_letters else 0.56
+            width += fraction * FONT_SIZE * _scale_letters(text, is_subscript)
+    return width + 2.0  # a margin of one pixel on each side

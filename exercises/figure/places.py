@@ -121,8 +121,8 @@ def _sample_segments(segments: np.ndarray) -> np.ndarray:
     counts = np.maximum(1, np.ceil(np.hypot(*direction.T) / 4 - 1e-6)).astype(int)
     segment_index = np.repeat(np.arange(len(segments)), counts + 1)
     step = np.arange(len(segment_index)) - np.repeat(np.cumsum(counts + 1) - counts - 1, counts + 1)
-    share = (step / counts[segment_index])[:, None]
-    return np.hstack([start[segment_index] + direction[segment_index] * share, half_width[segment_index]])
+    fraction = (step / counts[segment_index])[:, None]
+    return np.hstack([start[segment_index] + direction[segment_index] * fraction, half_width[segment_index]])
 
 
 class LeaderLine(InkPoints):
@@ -217,9 +217,9 @@ class LabelPlaces:
         places, the place with the smallest number is chosen. Because costs are integers, every machine chooses the same
         place. Returns None if all places cost more than `max_cost`.
         """
-        x0, y0, x1, y1 = self._outer_bounds
-        label_boxes = [box for box in label_boxes if box[0] < x1 and box[2] > x0 and box[1] < y1 and box[3] > y0]
-        padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in label_boxes]
+        min_x, min_y, max_x, max_y = self._outer_bounds
+        near_boxes = [b for b in label_boxes if b[0] < max_x and b[2] > min_x and b[1] < max_y and b[3] > min_y]
+        padded_boxes = [(left - 2, top - 1, right + 2, bottom + 1) for left, top, right, bottom in near_boxes]
         evaluated_places = self._evaluated_places
         best_number, least_cost = -1, math.ceil(100 * min(max_cost, 1e9)) + 1
         for base_cost, number, anchor, extra_distance, direction in _list_places(len(self._anchors)):
@@ -243,7 +243,7 @@ class LabelPlaces:
                     self._evaluate_leader(place)
                 cost += place.leader_cost
                 may_be_best = place.leader_cost and cost <= least_cost
-                if may_be_best and _is_crossed(place.box, place.leader_end, label_boxes, leaders):
+                if may_be_best and _is_crossed(place.box, place.leader_end, near_boxes, leaders):
                     cost += CROSSED_COST
                 if cost < least_cost or (cost == least_cost and number < best_number):
                     best_number, least_cost = number, cost
@@ -358,7 +358,7 @@ def _is_crossed(box: Box, point: Vector2D, label_boxes: Sequence[Box], leaders: 
     x0, x1, y0, y1 = min(x, u), max(x, u), min(y, v), max(y, v)
     for left, top, right, bottom in label_boxes:
         if left < x1 and right > x0 and top < y1 and bottom > y0:
-            for share in CROSSING_FRACTIONS:
-                if left < x + share * (u - x) < right and top < y + share * (v - y) < bottom:
+            for fraction in CROSSING_FRACTIONS:
+                if left < x + fraction * (u - x) < right and top < y + fraction * (v - y) < bottom:
                     return True
     return any(line.crosses((x, y), point) for line in leaders)

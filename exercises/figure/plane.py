@@ -23,13 +23,13 @@ VIEWS = {
     "y": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
     None: SPATIAL_VIEW,
 }
-"""The usual views, by the world axis perpendicular to the drawing of a planar arm; None for a spatial arm."""
+"""Maps the world axis perpendicular to the drawing of a planar arm, or None for a spatial arm, to the usual view."""
 VIEW_DESCRIPTIONS = {
     "z": "in the plane of x_w and y_w, seen from +z_w",
     "x": "in the plane of y_w and z_w, seen from +x_w",
     "y": "in the plane of x_w and z_w, seen from -y_w",
 }
-"""The views of planar arms in words, by the world axis perpendicular to the drawing."""
+"""Maps the world axis perpendicular to the drawing of a planar arm to a description of the view."""
 
 
 def make_numbers_exact(chain: Chain) -> Chain:
@@ -65,8 +65,8 @@ def find_normal_axis(chain: Chain) -> str | None:
     """
     if chain.is_planar:
         return "z"
-    chain = make_numbers_exact(chain)
-    arm = NumericChain(chain, {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)})
+    lengths = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)}
+    arm = NumericChain(make_numbers_exact(chain), lengths)
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
     frames = arm.compute_frames(configurations)
     points = np.concatenate([frames[..., :3, 3], arm.compute_point_of(frames)[:, None]], axis=1).reshape(-1, 3)

@@ -65,9 +65,10 @@ MAX_CAPTION_LENGTH = 24
 
 def draw_thumbnail(chain: Chain) -> Figure:
     """Return the arm in its clearest pose without frames and labels."""
-    chain = make_numbers_exact(chain)
-    drawn_chain = make_drawable_chain(replace(chain, base=replace(chain.base, position=Base().position)))
-    (entries,) = find_best_poses(chain, drawn_chain, 1)
+    exact_chain = make_numbers_exact(chain)
+    base_at_origin = replace(exact_chain.base, position=Base().position)
+    drawn_chain = make_drawable_chain(replace(exact_chain, base=base_at_origin))
+    (entries,) = find_best_poses(exact_chain, drawn_chain, 1)
     return _draw_small(drawn_chain, entries, THUMBNAIL_SIZE)
 
 
@@ -181,19 +182,20 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
     About MAX_SINGULAR_DRAWINGS singular configurations are drawn at most. Nothing is drawn if the arm has no singular
     configuration for its task, or no regular configuration.
     """
-    chain, catalogue, components = make_numbers_exact(chain), load_catalogue(language), find_singular_set(chain) or ()
-    scaled_arm = _scale_arm(chain)
+    exact_chain, catalogue = make_numbers_exact(chain), load_catalogue(language)
+    components = find_singular_set(chain) or ()
+    scaled_arm = _scale_arm(exact_chain)
     drawn_chain = scaled_arm.scaled_chain
-    (regular_entries,) = find_best_poses(chain, drawn_chain, 1)
+    (regular_entries,) = find_best_poses(exact_chain, drawn_chain, 1)
     regular_drawing = _draw_small(drawn_chain, regular_entries, PANEL_SIZE)
     drawings = [(catalogue.pgettext("caption of a drawing", "regular"), regular_drawing)]
     omitted_count = 0
     for number, component in enumerate(components, 1):
-        candidates = [
-            (caption, _draw_small(drawn_chain, entries, PANEL_SIZE, lost_directions))
-            for caption, entries in _list_configurations(chain, scaled_arm, component, regular_entries, catalogue)
-            if (lost_directions := _find_lost_directions(chain, drawn_chain, entries)) is not None
-        ]
+        candidates = []
+        for caption, entries in _list_configurations(exact_chain, scaled_arm, component, regular_entries, catalogue):
+            lost_directions = _find_lost_directions(exact_chain, drawn_chain, entries)
+            if lost_directions is not None:
+                candidates.append((caption, _draw_small(drawn_chain, entries, PANEL_SIZE, lost_directions)))
         panels = candidates[: max(1, MAX_SINGULAR_DRAWINGS // len(components))]
         letters = ascii_lowercase if len(panels) > 1 else ("",)
         drawings += [(f"{number}{letters[k]}. {caption}", figure) for k, (caption, figure) in enumerate(panels)]
@@ -202,7 +204,7 @@ def draw_singular_panels(chain: Chain, language: str = ENGLISH) -> PanelSet:
         return PanelSet()
     remark = catalogue.gettext("Singular configurations that are not drawn: %(count)s.", count=omitted_count)
     styles = {shape.style for _, figure in drawings for shape in figure.shapes if not isinstance(shape, Glyph)}
-    legend = _make_legend(chain, styles, catalogue)
+    legend = _make_legend(exact_chain, styles, catalogue)
     return PanelSet(tuple(drawings), legend, remark if omitted_count else "", "lost" in styles)
 
 
@@ -330,7 +332,7 @@ def _compute_canonical_basis(basis: np.ndarray) -> list[np.ndarray]:
     projected onto the space, one after another, and their new components form the basis.
     """
     projector, vectors = basis @ basis.T, list[np.ndarray]()
-    for threshold in (0.3, 1e-3):
+    for threshold in (0.3, 1e-3):  # axes that add a clearly new direction come first
         for axis in projector:
             component = axis - sum((axis @ vector) * vector for vector in vectors)
             if len(vectors) < basis.shape[1] and np.linalg.norm(component) > threshold:

@@ -152,18 +152,18 @@ def draw_arrow(view: View, start: np.ndarray, end: np.ndarray, style: str) -> tu
 def draw_line_with_arrowhead(
     points: tuple[Vector2D, ...], style: str, size: float = ARROWHEAD_LENGTH
 ) -> tuple[Polyline, ...]:
-    """Return a line that ends in an arrowhead of this size; nothing if its last segment has no length."""
+    """Return a line that ends in an arrowhead of this size (pixels); nothing if its last segment has no length."""
     (x0, y0), (x1, y1) = points[-2], points[-1]
     length = math.hypot(x1 - x0, y1 - y0)
     if length < 1e-6:
         return ()
-    if len(points) == 2:
-        size = min(size, 0.6 * length)
+    head_length = min(size, 0.6 * length) if len(points) == 2 else size
     ux, uy = (x1 - x0) / length, (y1 - y0) / length
-    wing = 0.36 * size
-    bx, by = x1 - ux * size, y1 - uy * size
+    wing = 0.36 * head_length
+    bx, by = x1 - ux * head_length, y1 - uy * head_length
     head = ((x1, y1), (bx - uy * wing, by + ux * wing), (bx + uy * wing, by - ux * wing))
-    line_end = (x1 - ux * min(size, length) * 0.7, y1 - uy * min(size, length) * 0.7)
+    # the line ends inside the head, so that its blunt end does not show at the tip
+    line_end = (x1 - ux * min(head_length, length) * 0.7, y1 - uy * min(head_length, length) * 0.7)
     return (Polyline((*points[:-1], line_end), style), Polyline(head, f"{style}-head", True))
 
 

@@ -34,18 +34,18 @@ def describe_figure(chain: Chain, is_away_from_home: bool = False) -> str:
     If the arm is presented by its axes, its home configuration is described, even if the figure shows the arm in
     another configuration (`is_away_from_home`).
     """
-    chain = make_numbers_exact(chain)
+    exact_chain = make_numbers_exact(chain)
     joint_count = NUMBER_WORDS[chain.n] if chain.n < len(NUMBER_WORDS) else str(chain.n)
-    normal_axis = find_normal_axis(chain)
+    normal_axis = find_normal_axis(exact_chain)
     kind, view = ("planar", f"flat {VIEW_DESCRIPTIONS[normal_axis]}") if normal_axis else ("spatial", "in space")
     arm = f"A {kind} arm with {joint_count} joint{'s' if chain.n > 1 else ''} in series, drawn {view}"
     if convention_of(chain).is_drawn_at_home:
-        arm = f"{arm.replace('_w', '_s')}, {'not ' if is_away_from_home else ''}in its home configuration."
+        arm_at_home = f"{arm.replace('_w', '_s')}, {'not ' if is_away_from_home else ''}in its home configuration."
         home = "In the home configuration, with coordinates in the space frame s:"
-        sentences = [arm, home, *_describe_axes(chain)]
+        sentences = [arm_at_home, home, *_describe_axes(exact_chain)]
     else:
-        joints = [_describe_joint(chain, i) for i in range(1, chain.n + 1)]
-        sentences = [f"{arm}.", _describe_base(chain), *joints, _describe_point(chain)]
+        joints = [_describe_joint(exact_chain, i) for i in range(1, chain.n + 1)]
+        sentences = [f"{arm}.", _describe_base(exact_chain), *joints, _describe_point(exact_chain)]
     return " ".join([*sentences, "Lengths are not to scale."])
 
 
@@ -157,13 +157,15 @@ def _format_sum(value: sp.Expr, unit: str) -> str:
     if value == 0:
         return "0"
     words = ""
-    number, symbols = sp.expand(value).as_independent(sp.Symbol, as_Add=True)
-    for term in (*([sp.N(number)] if number != 0 else []), *(sp.Add.make_args(symbols) if symbols != 0 else [])):
-        number, symbols = term.as_independent(*term.free_symbols, as_Add=False)
-        size = f"{abs(float(number)):.3g}"
+    constant, symbolic_sum = sp.expand(value).as_independent(sp.Symbol, as_Add=True)
+    numeric_terms = [sp.N(constant)] if constant != 0 else []
+    symbolic_terms = sp.Add.make_args(symbolic_sum) if symbolic_sum != 0 else ()
+    for term in (*numeric_terms, *symbolic_terms):
+        factor, symbols = term.as_independent(*term.free_symbols, as_Add=False)
+        size = f"{abs(float(factor)):.3g}"
         name = str(symbols) if symbols != 1 else ""
         term_text = f"{size} {name}" if name and size != "1" else name or f"{size}{unit}"
-        sign = "minus " if number < 0 else "plus " if words else ""
+        sign = "minus " if factor < 0 else "plus " if words else ""
         words += f"{' ' if words else ''}{sign}{term_text}"
     return words
 

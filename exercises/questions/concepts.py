@@ -14,7 +14,12 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_matrix, round_to_four_digits
+from qdot.exercises.arm.mpmath_kinematics import (
+    compute_determinant,
+    evaluate_in_context,
+    round_matrix,
+    round_to_four_digits,
+)
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.derivation.graph import StageResults
@@ -230,7 +235,7 @@ def _make_invertibility_details(
         task=chain.task,
         configuration=configuration,
         numeric_jacobian=round_matrix(numbers),
-        determinant=round_to_four_digits(determinant(numbers)) if jacobian.is_square else None,
+        determinant=round_to_four_digits(compute_determinant(numbers)) if jacobian.is_square else None,
     )
 
 

@@ -101,7 +101,7 @@ class WeldingLine(Configuration):
             point=_round(path.compute_point(distance)),
             joints=_round(joints),
             jacobian=precise.round_matrix(jacobian),
-            determinant=precise.round_to_four_digits(precise.determinant(jacobian)),
+            determinant=precise.round_to_four_digits(precise.compute_determinant(jacobian)),
             rates=_round(self.compute_rates(path, q)),
         )
 

@@ -140,7 +140,7 @@ QUESTIONS = (
     Question(
         "joint-axes", "Joint axes", "below 6.10", compute=lambda stages, _: stages["axes"][: stages.n].swapaxes(0, 1),
         substitution=base.make_column_substitution("axes"),
-        name_columns=lambda chain: tuple(map(convention_of(chain).write_axis_to_type, _list_joint_numbers(chain))),
+        name_columns=lambda chain: tuple(map(convention_of(chain).name_typed_axis, _list_joint_numbers(chain))),
         label_rows_and_columns=lambda chain: (
             AXIS_NAMES, list(map(convention_of(chain).name_axis, _list_joint_numbers(chain)))
         ),

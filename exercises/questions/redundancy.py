@@ -193,7 +193,7 @@ def _ask_minimum_norm_rates(chain: Chain, rng: Stream) -> AnswerAndDetails:
     configuration = inversion.sample_configuration_and_velocity(chain, rng)
     arm = MpmathArm(chain, configuration.lengths)
     jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
-    gram = precise.gram_matrix(jacobian)
+    gram = precise.compute_gram_matrix(jacobian)
     weights = precise.solve_linear(gram, [arm.evaluate_number(value) for value in configuration.velocity.values()])
     rates = [sum(row[i] * weight for row, weight in zip(jacobian, weights, strict=True)) for i in range(chain.n)]
     return inversion.make_rates_answer(chain, rates, max(map(abs, rates))), MinimumNormDetails(
@@ -247,9 +247,10 @@ def _make_gram_details(
     chain: Chain, configuration: ConfigurationAndVelocity, singular_values: Vector, power: int | None = None
 ) -> GramDetails:
     squares = sorted((value**2 for value in singular_values), reverse=True)
+    jacobian = inversion.evaluate_jacobian_precisely(chain, configuration)
     return GramDetails(
         configuration=configuration,
-        gram=precise.round_matrix(precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))),
+        gram=precise.round_matrix(precise.compute_gram_matrix(jacobian)),
         eigenvalues=tuple(map(precise.round_to_four_digits, squares)),
         power=power,
         pose=configuration.figure_values,
@@ -264,8 +265,8 @@ def _compute_singular_values(chain: Chain, configuration: ConfigurationAndVeloci
 
 def _ask_manipulability(chain: Chain, rng: Stream) -> AnswerAndDetails:
     configuration = inversion.sample_configuration_and_velocity(chain, rng)
-    gram = precise.gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))
-    value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.determinant(gram)))
+    gram = precise.compute_gram_matrix(inversion.evaluate_jacobian_precisely(chain, configuration))
+    value = precise.round_to_ten_digits(PRECISE_CONTEXT.sqrt(precise.compute_determinant(gram)))
     power = len(chain.linear_axes) - len(chain.prismatic_joints)
     details = _make_gram_details(chain, configuration, _compute_singular_values(chain, configuration), power)
     return Number(sp.Matrix([value]), (write_power_of_metres(power),), THREE_DIGIT_TOLERANCE, floor=1e-9), details
@@ -324,7 +325,7 @@ def compute_null_vector(jacobian: list[Vector]) -> Vector:
     """
     n = len(jacobian[0])
     for k in range(n):
-        weights = precise.solve_linear(precise.gram_matrix(jacobian), [row[k] for row in jacobian])
+        weights = precise.solve_linear(precise.compute_gram_matrix(jacobian), [row[k] for row in jacobian])
         projection = [(i == k) - sum(row[i] * w for row, w in zip(jacobian, weights, strict=True)) for i in range(n)]
         if projection[k] > 1 / (2 * n):  # the square of entry k of the null vector; at least 1/n for some k
             norm = sum(value**2 for value in projection) ** 0.5

@@ -25,7 +25,7 @@ from qdot.exercises.questions.inversion import JointValues, Lengths
 from qdot.exercises.reference_answers import ConditionSet
 from qdot.exercises.singularities.axes import Sample
 from qdot.exercises.singularities.classification import classify
-from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_joint_values
+from qdot.exercises.singularities.normalized_arm import is_independent_of_joint_1, normalize_arm, normalize_joint_values
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
 
@@ -213,7 +213,7 @@ def _find_kinds_over_lengths(chain: Chain, joints: JointValues) -> frozenset[str
     that differ only in their base or joint offsets can then share a cached result.
     """
     values = normalize_joint_values(chain, joints)
-    if first_joint_moves_all(chain):
+    if is_independent_of_joint_1(chain):
         values = (sp.S.Zero, *values[1:])
     return _find_kinds(normalize_arm(chain), values)
 

@@ -10,7 +10,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
-from qdot.exercises.arm.mpmath_kinematics import determinant, evaluate_in_context, round_to_ten_digits
+from qdot.exercises.arm.mpmath_kinematics import compute_determinant, evaluate_in_context, round_to_ten_digits
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive
 from qdot.exercises.formula.units import write_power_of_metres
@@ -62,7 +62,7 @@ def _ask_determinant(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     jacobian = evaluate_precisely(chain, configuration, derive(chain).jacobian)
     rows = [[evaluate_in_context(entry) for entry in row] for row in jacobian.tolist()]
     unit = write_power_of_metres(len(chain.revolute_joints))
-    return _make_number(determinant(rows), unit), ConfigurationDetails(configuration=configuration)
+    return _make_number(compute_determinant(rows), unit), ConfigurationDetails(configuration=configuration)
 
 
 @dataclass(frozen=True, kw_only=True)

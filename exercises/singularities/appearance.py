@@ -226,8 +226,7 @@ def _find_in_groups(
 def _find_point_on_axis(chain: Chain, samples: Sequence[Sample]) -> Iterator[Statement]:
     """Find the axes on which the point lies: all axes together, then each axis alone."""
     revolute_joints = [i for i in chain.revolute_joints if i < chain.point.frame]
-    measures = {i: partial(measure_axis_distance, joint=i) for i in revolute_joints}
-    axes_with_point = [i for i, measure in measures.items() if [*_yield_if_special(samples, "", measure)]]
+    axes_with_point = [i for i in revolute_joints if _is_special(samples, partial(measure_axis_distance, joint=i))]
     if len(axes_with_point) > 1:
         words = "the point lies on the axes of joints {}, which then do not move it"
         yield from _find_in_groups(samples, [axes_with_point], words, _measure_farthest_distance)
@@ -413,10 +412,15 @@ _EXTENSION_WORDS = {
 }
 
 
-def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -> Iterator[Statement]:
-    """Yield the statement `words` if its measure is zero at all samples, but not at configurations near them."""
+def _is_special(samples: Sequence[Sample], measure: Measure) -> bool:
+    """Return whether a measure is zero at all samples, but not at configurations near them."""
     is_zero_at_samples = measure_samples(samples, measure).max() < ZERO_TOLERANCE
-    if is_zero_at_samples and measure_samples(move_samples(samples), measure).max() > NONZERO_THRESHOLD:
+    return bool(is_zero_at_samples and measure_samples(move_samples(samples), measure).max() > NONZERO_THRESHOLD)
+
+
+def _yield_if_special(samples: Sequence[Sample], words: str, measure: Measure) -> Iterator[Statement]:
+    """Yield the statement `words` if it holds at all samples, but not at configurations near them."""
+    if _is_special(samples, measure):
         yield Statement(words, measure)
 
 

@@ -30,8 +30,8 @@ def rate_difficulty(chain: Chain) -> int:
     """
     factors = {condition for component in find_singular_set(chain) or () for condition in component.conditions}
     joint_counts = [len(factor.free_symbols & set(chain.q)) for factor in factors]
-    conditions_share = sum(4 + 8 * (joint_count > 1) for joint_count in joint_counts)
-    return _count_jacobian_terms(chain) + conditions_share + _count_deviations(chain)
+    difficulty_of_conditions = sum(4 + 8 * (joint_count > 1) for joint_count in joint_counts)
+    return _count_jacobian_terms(chain) + difficulty_of_conditions + _count_deviations(chain)
 
 
 def _count_jacobian_terms(chain: Chain) -> int:

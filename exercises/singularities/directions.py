@@ -94,9 +94,10 @@ def _substitute_joint_value(
     if not is_joint_angle(joint) or (2 * value / sp.pi).is_Integer:
         return jacobian.applyfunc(lambda entry: sp.expand(entry.xreplace({joint: value})))
     cosine, sine = sp.Dummy("c"), sp.Dummy("s")
-    trig = sp.expand(_split_off_angle(condition, joint, cosine, sine))
-    a, b = trig.coeff(cosine), trig.coeff(sine)
-    if sp.expand(trig - a * cosine - b * sine) != 0 or (a.free_symbols | b.free_symbols) & set(_list_angles(jacobian)):
+    linear_form = sp.expand(_split_off_angle(condition, joint, cosine, sine))
+    a, b = linear_form.coeff(cosine), linear_form.coeff(sine)
+    has_other_terms = sp.expand(linear_form - a * cosine - b * sine) != 0
+    if has_other_terms or (a.free_symbols | b.free_symbols) & set(_list_angles(jacobian)):
         return None
     return jacobian.applyfunc(lambda entry: sp.expand(_split_off_angle(entry, joint, b * scale, -a * scale)))
 

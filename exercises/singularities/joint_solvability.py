@@ -91,14 +91,14 @@ def _may_have_common_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_z
 
     A polynomial that fixes a joint is solved first, and each solution is substituted into the other polynomials.
     """
-    polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
-    for k, polynomial in enumerate(polynomials):
+    nonzero_polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
+    for k, polynomial in enumerate(nonzero_polynomials):
         points = _solve_for_joint(polynomial, field)
         if points is not None:
-            other_polynomials = polynomials[:k] + polynomials[k + 1 :]
+            other_polynomials = nonzero_polynomials[:k] + nonzero_polynomials[k + 1 :]
             systems = ([_substitute_residues(point, p, field.prime) for p in other_polynomials] for point in points)
             return any(_may_have_common_zero(system, field, max_zeros) for system in systems)
-    return _may_have_zero(polynomials, field, max_zeros)
+    return _may_have_zero_by_groebner_basis(nonzero_polynomials, field, max_zeros)
 
 
 def _solve_for_joint(polynomial: sp.Expr, field: "_Field") -> list[Residues] | None:
@@ -146,7 +146,7 @@ def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) ->
         raise _Undecided from None
 
 
-def _may_have_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
+def _may_have_zero_by_groebner_basis(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, by a Gröbner basis.
 
     If that would take long, only the shortest polynomials are used: if these have no common zero, the whole system has

@@ -294,6 +294,6 @@ def _is_extreme(chain: Chain, kind: str, sample: Sample, i: int, j: int) -> bool
     distances = measure_axis_distance(sample.arm, sample.q + displacements, i)
     changes = distances[1:] - distances[0]
     slope = abs(changes[0] - changes[1]) / (2 * DIFFERENCE_STEP)
-    if slope > ZERO_TOLERANCE and distances[0] > ZERO_TOLERANCE:
+    if slope > ZERO_TOLERANCE and distances[0] > ZERO_TOLERANCE:  # on the axis, the distance has a kink, no slope
         return _is_zero(slope)
     return _is_zero(changes.max() if kind == "far" else -changes.min())

@@ -38,13 +38,13 @@ def normalize_conditions(chain: Chain, component: Component) -> list[str]:
         shifts = {q: q - offset for q, offset in offsets.items() if offset != 0}
         conditions = (sp.expand(condition.xreplace(shifts)) for condition in component.conditions)
         return Component(tuple(conditions), None).list_pieces()
-    component = component.map_values(lambda joint, value: _shift_value(value, offsets[joint], joint))
-    pairs = component.solutions or ()
+    shifted_component = component.map_values(lambda joint, value: _shift_value(value, offsets[joint], joint))
+    pairs = shifted_component.solutions or ()
     solutions = tuple((joint, tuple(sorted(values, key=sp.default_sort_key))) for joint, values in pairs)
-    return replace(component, solutions=solutions).list_pieces()
+    return replace(shifted_component, solutions=solutions).list_pieces()
 
 
-def first_joint_moves_all(chain: Chain) -> bool:
+def is_independent_of_joint_1(chain: Chain) -> bool:
     """Return whether the value of joint 1 does not affect whether the arm is singular.
 
     This is so if joint 1 is prismatic, or if its rotation maps the task's rows to themselves.

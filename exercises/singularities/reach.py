@@ -367,6 +367,7 @@ def compute_arm_lengths(arms: Sequence[NumericChain]) -> np.ndarray:
     starts = np.stack([_sample_starts(len(arm.kinds)) for arm in distinct_arms])
     origins = NumericChain.stack(distinct_arms).compute_frames(starts)[..., :3, 3]
     link_lengths = np.median(np.linalg.norm(np.diff(origins, axis=2), axis=3).sum(axis=2), axis=1)
-    lengths = link_lengths + [float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms] + 1e-9
+    offset_lengths = np.array([float(np.linalg.norm(arm.point_offset[:3])) for arm in distinct_arms])
+    lengths = link_lengths + offset_lengths + 1e-9  # so that no length is zero
     lengths_by_id = {id(arm): length for arm, length in zip(distinct_arms, lengths, strict=True)}
     return np.array([lengths_by_id[id(arm)] for arm in arms])

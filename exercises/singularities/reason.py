@@ -23,8 +23,9 @@ _CONVERGENCE_TOLERANCE = 1e-9
 """A measure counts as zero below this limit."""
 _DIFFERENCE_STEP, _MAX_STEP_SIZE = 1e-6, 0.6
 """The step of finite differences, and the maximum step of the search (rad or m)."""
-_REGULAR_RATIO = 1e-4
-"""Minimum ratio of the smallest to the largest singular value of J at a configuration that is certainly regular."""
+_REGULAR_RATIO, _SINGULAR_VALUE_FLOOR = 1e-4, 1e-4
+"""Minimum ratio of the smallest to the largest singular value of J at a configuration that is certainly regular. In the
+ratio, the largest singular value counts as at least the second number."""
 
 
 def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predicate: Predicate) -> bool:
@@ -40,7 +41,7 @@ def is_reason(chain: Chain, samples: Sequence[Sample], measure: Measure, predica
     q = _descend(arms, measure, len(chosen_arms))
     has_converged = measure(arms, q) < _CONVERGENCE_TOLERANCE
     singular_values = np.linalg.svd(arms.compute_jacobian(q)[..., rows, :], compute_uv=False)
-    is_regular = singular_values[..., -1] > _REGULAR_RATIO * np.maximum(singular_values[..., 0], _REGULAR_RATIO)
+    is_regular = singular_values[..., -1] > _REGULAR_RATIO * np.maximum(singular_values[..., 0], _SINGULAR_VALUE_FLOOR)
     regular_indices = np.argwhere(has_converged & is_regular).tolist()
     return not any(predicate(Sample(chosen_arms[i], q[i, start])) for i, start in regular_indices)
 

@@ -173,18 +173,18 @@ class _Elimination:
         A branch includes the conditions of the case. `joints` are the joints of the columns, as in ReducedCase.
         """
         nonzero_columns = [c for c in range(matrix.cols) if not matrix.col(c).is_zero_matrix]
-        matrix = matrix.extract(list(range(matrix.rows)), nonzero_columns)
-        joints = tuple(joints[c] for c in nonzero_columns)
-        rows, columns = matrix.shape
+        nonzero_matrix = matrix.extract(list(range(matrix.rows)), nonzero_columns)
+        remaining_joints = tuple(joints[c] for c in nonzero_columns)
+        rows, columns = nonzero_matrix.shape
         if rows == 0:
             return
-        if columns < rows or any(matrix.row(r).is_zero_matrix for r in range(rows)):
-            self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(matrix), joints, ((),)))
+        if columns < rows or any(nonzero_matrix.row(r).is_zero_matrix for r in range(rows)):
+            self.reduced_cases.append(ReducedCase(case, sp.ImmutableMatrix(nonzero_matrix), remaining_joints, ((),)))
             yield case
             return
         if len(self.reduced_cases) > MAX_CASES:
             raise TooLong(f"J may lose rank in more than {MAX_CASES} ways")
-        yield from self._eliminate_next(matrix, joints, case)
+        yield from self._eliminate_next(nonzero_matrix, remaining_joints, case)
 
     def _eliminate_next(self, matrix: sp.Matrix, joints: tuple[int, ...], case: Conjunction) -> Iterator[Conjunction]:
         """Do one step of the elimination in a matrix; yield the branches as `find_branches` does."""
@@ -414,7 +414,7 @@ def find_half_angle_roots(factor: sp.Expr, search: Search) -> list[tuple[sp.Expr
         tangent = sp.cancel(tangent)
         scale = 1 + tangent**2
         roots.append((2 * sp.atan(tangent), sp.cancel((1 - tangent**2) / scale), sp.cancel(2 * tangent / scale)))
-    return [(1 - sp.cos(angle - root), {sp.cos(angle): x, sp.sin(angle): y}) for root, x, y in roots]
+    return [(1 - sp.cos(angle - root), {sp.cos(angle): cosine, sp.sin(angle): sine}) for root, cosine, sine in roots]
 
 
 @dataclass(frozen=True)

@@ -103,8 +103,8 @@ def _cut_before_wrist(samples: Sequence[Sample]) -> list[Sample]:
     """Return samples of arms with a spherical wrist as samples of their first three joints; P is the wrist centre."""
 
     def cut(sample: Sample) -> Sample:
-        wrist_offset = (0.0, 0.0, sample.arm.fixed_entries[3])
-        return Sample(sample.arm.keep_first_joints(3, wrist_offset), sample.q[:3])
+        wrist_centre = (0.0, 0.0, sample.arm.fixed_entries[3])  # at the distance d of joint 4 along the z axis
+        return Sample(sample.arm.keep_first_joints(3, wrist_centre), sample.q[:3])
 
     return list(map(cut, samples))
 
@@ -240,7 +240,8 @@ class _Bending:
     """The changes of the Jacobians of k samples along joint motions that do not move the task.
 
     - `joint_motions`: s joint motions for each sample, k x s x n.
-    - `jacobian_changes`: the change of the task Jacobian along each of these motions, k x s x m x n.
+    - `jacobian_changes`: for each of these motions, the difference between the task Jacobians after a step of
+      _DIFFERENCE_STEP along the motion and after a step back, k x s x m x n.
     """
 
     joint_motions: np.ndarray
@@ -257,7 +258,7 @@ _CURVATURE_TOLERANCE = 1e-5
 
 
 def _compute_bending(samples: Sequence[Sample], task: list[int], joint_motions: np.ndarray) -> _Bending:
-    """Return the change of J along joint motions, by central differences (without the division by twice the step)."""
+    """Return the changes of the samples' task Jacobians along joint motions (k x s x n)."""
     arms, q = stack_samples(samples)
     directions = np.concatenate([joint_motions, -joint_motions], axis=1)
     jacobians = arms.compute_jacobian(q + _DIFFERENCE_STEP * directions)[:, :, task]

@@ -24,13 +24,13 @@ def certify_components(chain: Chain) -> tuple[SingularComponent, ...]:
     The components are also stored in the arm's `solution_steps`, which texts use.
     """
     steps = get_solution_steps(chain)
-    steps.singular_components = [_certify_component(chain, component) for component in steps.singular_components]
+    steps.singular_components = [_certify_classifications(chain, component) for component in steps.singular_components]
     return tuple(steps.singular_components)
 
 
 def certify_component(chain: Chain, component: Component) -> SingularComponent:
     """Return a component with certified kind and description, and with unchanged conditions."""
-    certified_component = _certify_component(chain, get_solution_steps(chain).classify_component(component))
+    certified_component = _certify_classifications(chain, get_solution_steps(chain).classify_component(component))
     return replace(certified_component, conditions=component.conditions)
 
 
@@ -39,7 +39,8 @@ def certify_statement(chain: Chain, statement: str, samples: Sequence[Sample]) -
     return statement if samples and all(statement_holds(chain, statement, sample) for sample in samples) else ""
 
 
-def _certify_component(chain: Chain, singular_component: SingularComponent) -> SingularComponent:
+def _certify_classifications(chain: Chain, singular_component: SingularComponent) -> SingularComponent:
+    """Return a component whose classification, and those of its cases, claim only what is true at all samples."""
     component = Component(singular_component.conditions, singular_component.solutions)
     classification = _certify_classification(chain, component, singular_component.classification)
     cases = []

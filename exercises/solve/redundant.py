@@ -187,9 +187,14 @@ def _collect_remaining_matrices(
 
 
 def _find_minors_index(remaining_matrices: RemainingMatrices, conditions: tuple[sp.Expr, ...]) -> int | None:
-    """Return the index of a matrix that remains in all cases and has all conditions among its minors, or None."""
+    """Return the index of a matrix that remains in all cases and has all conditions among its minors.
+
+    Return None if there is no such matrix, or if there are at most two conditions.
+    """
+    if len(conditions) <= 2:  # so few are written out instead
+        return None
     for index, remaining_matrix in enumerate(remaining_matrices):
-        if len(conditions) > 2 and remaining_matrix.cases == ((),) and set(conditions) <= remaining_matrix.minors:
+        if remaining_matrix.cases == ((),) and set(conditions) <= remaining_matrix.minors:
             return index
     return None
 

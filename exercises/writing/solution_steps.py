@@ -15,7 +15,12 @@ from qdot.exercises.arm.chain import Chain, Point
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import compute_frame_after, compute_link_frames
-from qdot.exercises.arm.mpmath_kinematics import determinant, inverse, round_matrix, round_to_four_digits
+from qdot.exercises.arm.mpmath_kinematics import (
+    compute_determinant,
+    compute_inverse,
+    round_matrix,
+    round_to_four_digits,
+)
 from qdot.exercises.arm.standard_table import compute_home_geometry
 from qdot.exercises.arm.trigonometry import remove_brackets, to_textbook_form
 from qdot.exercises.derivation.derivation import Derivation, TooLong, derive, make_symbolic_arm, make_task_velocity
@@ -436,11 +441,11 @@ class SolutionSteps:
 
     def evaluate_inverse(self, configuration: ConfigurationAndVelocity) -> sp.Matrix:
         """Return the inverse of the task Jacobian at a configuration, to four significant digits."""
-        return round_matrix(inverse(evaluate_jacobian_precisely(self.chain, configuration)))
+        return round_matrix(compute_inverse(evaluate_jacobian_precisely(self.chain, configuration)))
 
     def evaluate_determinant(self, configuration: ConfigurationAndVelocity) -> sp.Expr:
         """Return the determinant of the task Jacobian at a configuration, to four significant digits."""
-        return round_to_four_digits(determinant(evaluate_jacobian_precisely(self.chain, configuration)))
+        return round_to_four_digits(compute_determinant(evaluate_jacobian_precisely(self.chain, configuration)))
 
     def substitute_joints(self, configuration: ConfigurationsOfOneKind, expression: sp.Expr) -> sp.Expr:
         """Return an expression with joint values substituted: lengths stay symbols, numbers get four digits."""

@@ -165,7 +165,7 @@ class Convention:
 
     def name_axis(self, joint: int | None = None, at_home: bool = False) -> str:
         """Return the name of a joint's axis; without a `joint`, the name of the axis of a revolute joint i."""
-        return f"z_{{{self._axis_index(joint)}}}"
+        return f"z_{{{self._format_axis_index(joint)}}}"
 
     @property
     def prismatic_axis_name(self) -> str:
@@ -174,9 +174,9 @@ class Convention:
 
     def name_vector(self, joint: int | None = None) -> str:
         """Return the name of the vector from a joint's axis to the point of interest; without a `joint`, of joint i."""
-        return f"p^*_{{{self._axis_index(joint)}}}"
+        return f"p^*_{{{self._format_axis_index(joint)}}}"
 
-    def write_axis_to_type(self, joint: int) -> str:
+    def name_typed_axis(self, joint: int) -> str:
         """Return the name of a joint's axis for answers, as students type it."""
         return f"z{self.find_frame_on_axis(joint)}"
 
@@ -185,7 +185,7 @@ class Convention:
         """The name of the axis of joint i for sentences without formulas."""
         return f"z_({self.frame_index})" if len(self.frame_index) > 1 else f"z_{self.frame_index}"
 
-    def _axis_index(self, joint: int | None) -> str:
+    def _format_axis_index(self, joint: int | None) -> str:
         return self.frame_index if joint is None else str(self.find_frame_on_axis(joint))
 
     def name_vector_start(self, joint: int, catalogue: "Catalogue") -> str:

@@ -54,7 +54,7 @@ class Screws(Convention):
         """Return the name of the vector from the axis of a joint to the point of interest."""
         return f"p_{{{joint or 'i'}}}"
 
-    def write_axis_to_type(self, joint: int) -> str:
+    def name_typed_axis(self, joint: int) -> str:
         """Return the name of the direction of a joint's axis, as students type it."""
         return f"{'v' if self.chain.joints[joint - 1].is_prismatic else 'omega'}{joint}"
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from qdot.exercises.arm.axes_to_dh import Axis, move_point_along_axes, recognize_exact
 from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
-from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, determinant, inverse, solve_linear
+from qdot.exercises.arm.mpmath_kinematics import PRECISE_CONTEXT, compute_determinant, compute_inverse, solve_linear
 from qdot.exercises.arm.standard_table import compute_home_geometry, convert_axes
 from qdot.exercises.common.errors import QdotError
 from qdot.exercises.common.stream import Stream
@@ -233,15 +233,15 @@ def test_linear_algebra_agrees_with_mpmath(name: str) -> None:
     right = [PRECISE_CONTEXT.mpf(i + 1) for i in range(n)]
     solution = PRECISE_CONTEXT.matrix(solve_linear(rows, right))
     assert PRECISE_CONTEXT.norm(matrix * solution - PRECISE_CONTEXT.matrix(right)) < 1e-25
-    assert PRECISE_CONTEXT.norm(matrix * PRECISE_CONTEXT.matrix(inverse(rows)) - PRECISE_CONTEXT.eye(n)) < 1e-25
-    assert abs(determinant(rows) - PRECISE_CONTEXT.det(matrix)) < 1e-25
+    assert PRECISE_CONTEXT.norm(matrix * PRECISE_CONTEXT.matrix(compute_inverse(rows)) - PRECISE_CONTEXT.eye(n)) < 1e-25
+    assert abs(compute_determinant(rows) - PRECISE_CONTEXT.det(matrix)) < 1e-25
 
 
 def test_singular_matrix_has_zero_determinant_and_no_inverse() -> None:
     rows = [[mpmath.mpf(1), mpmath.mpf(2)], [mpmath.mpf(2), mpmath.mpf(4)]]
-    assert determinant(rows) == 0 and determinant([[0, 0], [0, 0]]) == 0
+    assert compute_determinant(rows) == 0 and compute_determinant([[0, 0], [0, 0]]) == 0
     with pytest.raises(ZeroDivisionError):
-        inverse(rows)
+        compute_inverse(rows)
 
 
 THREE = Chain("3R", tuple(Joint("R", f"theta{i}", 0, f"a{i}", 0) for i in (1, 2, 3)), ("vx", "vy"))

@@ -28,7 +28,7 @@ from qdot.exercises.singularities.classification import (
     split_by_value,
 )
 from qdot.exercises.singularities.meanings import list_candidate_meanings
-from qdot.exercises.singularities.normalized_arm import first_joint_moves_all, normalize_arm, normalize_conditions
+from qdot.exercises.singularities.normalized_arm import is_independent_of_joint_1, normalize_arm, normalize_conditions
 from qdot.exercises.singularities.reach import reaches_beyond, reaches_displaced_pose, reaches_point
 from qdot.exercises.singularities.singular_set import Component, find_singular_set
 from qdot.exercises.singularities.singularity_kinds import can_establish_kind, classify_samples
@@ -403,7 +403,7 @@ def test_a_turn_about_the_first_axis_changes_nothing_where_the_rows_turn_into_ea
     task: tuple[str, ...], tilt: sp.Expr, turns: bool
 ) -> None:
     rows = tuple(Joint("R", f"theta{i}", 0, 1, sp.pi / 2) for i in range(1, 4))
-    assert first_joint_moves_all(Chain("turned", rows, task, Base(tilt=sp.S(tilt)))) is turns
+    assert is_independent_of_joint_1(Chain("turned", rows, task, Base(tilt=sp.S(tilt)))) is turns
 
 
 def test_an_arm_with_its_lengths_put_in_again_moves_as_before(problem: Problem) -> None:
