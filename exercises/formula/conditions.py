@@ -371,9 +371,9 @@ class ConfigurationSpace:
 
     def round_value(self, name: str, value: float) -> float:
         """Return a value with six digits: an angle is wrapped to (-pi, pi], and a mere rounding error becomes 0."""
-        if self.domain.roles.get(name) == "angle":
-            value = float(np.angle(np.exp(1j * value)))
-        return round_to_six_digits(value) if abs(value) > TYPED_TOLERANCE else 0.0
+        is_angle = self.domain.roles.get(name) == "angle"
+        wrapped_value = float(np.angle(np.exp(1j * value))) if is_angle else value
+        return round_to_six_digits(wrapped_value) if abs(wrapped_value) > TYPED_TOLERANCE else 0.0
 
     def contains(
         self, pieces: Sequence[Piece], values: Configurations, count: int, tolerance: float = SEARCH_TOLERANCE
@@ -459,11 +459,11 @@ def compare_sets(
 
     `seed` determines the random configurations.
     """
-    claimed_pieces, reference_pieces = (
+    claimed_union, reference_union = (
         [tuple(set_parser.solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces]
         for pieces in (claimed_pieces, reference_pieces)
     )
-    used_names = space.collect_names([claimed_pieces, reference_pieces])
+    used_names = space.collect_names([claimed_union, reference_union])
     counts: list[int] = []
     is_only_rounded = False
 
@@ -497,13 +497,13 @@ def compare_sets(
                 example = {name: space.round_value(name, values[name][first_outside]) for name in sorted(values)}
         return is_contained, example
 
-    is_sound, surplus = check_inclusion(claimed_pieces, reference_pieces, "claimed")
-    for index, (piece, is_contained) in enumerate(zip(claimed_pieces, is_sound, strict=True)):
+    is_sound, surplus = check_inclusion(claimed_union, reference_union, "claimed")
+    for index, (piece, is_contained) in enumerate(zip(claimed_union, is_sound, strict=True)):
         # A piece that only seems to be empty, because its expressions almost vanish, doesn't count as sound.
         stream = Stream(f"{seed}/miss/{index}")
         if is_contained is None and space.compute_smallest_residual(piece, used_names, stream) < _NEAR_MISS_RESIDUAL:
             is_sound[index] = False
-    nonempty_pieces = [piece for piece, sound in zip(claimed_pieces, is_sound, strict=True) if sound is not None]
-    is_covered, missing = check_inclusion(reference_pieces, nonempty_pieces, "reference")
+    nonempty_pieces = [piece for piece, sound in zip(claimed_union, is_sound, strict=True) if sound is not None]
+    is_covered, missing = check_inclusion(reference_union, nonempty_pieces, "reference")
     min_count = min(filter(None, counts), default=0)
     return SetComparison(tuple(is_covered), tuple(is_sound), missing, surplus, sum(counts), min_count, is_only_rounded)

@@ -208,9 +208,9 @@ def compare_entries(
     `seed` determines the random points, so nobody may know it before the answer is submitted. Raises ParseError for an
     entry that is not a scalar.
     """
-    if all(remove_noise(node) is node for node in reference_entries):  # no tiny number in the reference is meant
-        student_entries = [remove_noise(node) for node in student_entries]
-    student_program, reference_program = compile_program(student_entries), compile_program(reference_entries)
+    may_have_tiny_terms = any(remove_noise(node) is not node for node in reference_entries)
+    entries = student_entries if may_have_tiny_terms else [remove_noise(node) for node in student_entries]
+    student_program, reference_program = compile_program(entries), compile_program(reference_entries)
     fixed_values = domain.list_fixed_values()
     exact_results = exact.compare(student_program, reference_program, fixed_values, seed)
     is_correct = [result.is_equal is True for result in exact_results]
@@ -219,13 +219,13 @@ def compare_entries(
     counterexample = None
     if not all(is_correct):
         double_names = {name for name, value in fixed_values.items() if value is None}
-        allowances = [_find_allowed_errors(node, rounding, double_names) for node in student_entries]
+        allowances = [_find_allowed_errors(node, rounding, double_names) for node in entries]
         is_certain = [
             bool(result.is_equal) or (result.is_equal is False and not any(allowance))
             for result, allowance in zip(exact_results, allowances, strict=True)
         ]
         sample_count = _choose_point_count(student_program, is_certain)
-        names = set().union(*map(find_names, (*student_entries, *reference_entries)))
+        names = set().union(*map(find_names, (*entries, *reference_entries)))
         values = domain.sample(names, sample_count, Stream(seed))
         programs = student_program, reference_program
         comparison = _NumericComparison(programs, allowances, values, fixed_values, sample_count)

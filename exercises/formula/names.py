@@ -44,9 +44,10 @@ class NamePart:
 @lru_cache(maxsize=4096)
 def normalize_name(name: str) -> str:
     """Return a name without a module such as np., without underscores before digits, with Greek letters spelled out."""
+    name_in_module = name
     for module in VOCABULARY["modules"]:
-        name = name.removeprefix(module)
-    return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name).translate(_LETTER_TABLE))
+        name_in_module = name_in_module.removeprefix(module)
+    return re.sub("_(?=[0-9])", "", unicodedata.normalize("NFKC", name_in_module).translate(_LETTER_TABLE))
 
 
 @lru_cache(maxsize=4096)

@@ -44,26 +44,28 @@ def evaluate_matrices(tree: Node) -> Node:
 
 def _carry_out_operation(node: Node, args: Sequence[Node]) -> Node:
     """Return the result of an operation on matrices; return any other node with its new arguments."""
-    if node.kind in _OPERATIONS:  # in [a + b] c, square brackets group a formula
-        args = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
-    are_matrices = [arg.kind == "list" for arg in args]
-    if node.kind not in _OPERATIONS or not any(are_matrices):
+    if node.kind not in _OPERATIONS:
         return node.with_args(args)
-    matrices = [_list_rows(arg) for arg in args if arg.kind == "list"]
+    # in [a + b] c, square brackets group a formula
+    operands = [arg.args[0] if trees.is_list_of_one(arg) else arg for arg in args]
+    are_matrices = [operand.kind == "list" for operand in operands]
+    if not any(are_matrices):
+        return node.with_args(operands)
+    matrices = [_list_rows(operand) for operand in operands if operand.kind == "list"]
     if node.kind == "neg":
         return _map_entries(matrices[0], lambda entry: Node("neg", (entry,)))
     if node.kind == "^" and are_matrices == [True, False]:
-        return _raise_matrix(matrices[0], args[1])
+        return _raise_matrix(matrices[0], operands[1])
     if node.kind in "+-" and all(are_matrices) and _find_shape(matrices[0]) == _find_shape(matrices[1]):
         pairs = (zip(*rows, strict=True) for rows in zip(*matrices, strict=True))
         return make_rows([[Node(node.kind, pair) for pair in row] for row in pairs])
     if node.kind == "*" and all(are_matrices) and len(matrices[0][0]) == len(matrices[1]):
         return _multiply(*matrices)
     if node.kind == "*" and are_matrices == [False, True]:
-        return _map_entries(matrices[0], lambda entry: Node("*", (args[0], entry)))
+        return _map_entries(matrices[0], lambda entry: Node("*", (operands[0], entry)))
     if node.kind in "*/" and are_matrices == [True, False]:
-        return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, args[1])))
-    raise _make_operation_error(_OPERATIONS[node.kind], matrices, len(args))
+        return _map_entries(matrices[0], lambda entry: Node(node.kind, (entry, operands[1])))
+    raise _make_operation_error(_OPERATIONS[node.kind], matrices, len(operands))
 
 
 def _list_rows(node: Node) -> Rows:

@@ -216,11 +216,11 @@ def _evaluate_step(step: Step, args: Sequence[Any], values: Mapping[str, np.ndar
     if op == "sum":
         terms = (count * arg for count, arg in zip(constant, args, strict=True))
         return sum(terms, np.zeros(point_count, dtype=complex))
-    if op in BRANCHING_FUNCTIONS:  # adding 0.0 turns -1 - 0j, whose root would be -i, into -1 + 0j
-        args = [arg + 0.0 for arg in args]
     if op == "integer power":
         return np.asarray(args[0] ** constant if constant > 0 else 1 / args[0] ** -constant)
-    return np.asarray(_NUMPY_FUNCTIONS[op](*args), dtype=complex)
+    # adding 0.0 turns -1 - 0j, whose root would be -i, into -1 + 0j
+    operands = [arg + 0.0 for arg in args] if op in BRANCHING_FUNCTIONS else args
+    return np.asarray(_NUMPY_FUNCTIONS[op](*operands), dtype=complex)
 
 
 def _compute_magnitude(step: Step, value: np.ndarray, args: Sequence[StepResult]) -> np.ndarray:

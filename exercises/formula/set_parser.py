@@ -166,11 +166,11 @@ def _list_values(values: Node) -> list[Node]:
 
 def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return a piece for each factor of a product that vanishes, as in d3*sin(theta2) = 0."""
-    node = _strip_powers(node)
-    compile_program([node])
-    factors, divisors = _split_product(node, frozenset(joints))
+    expression = _strip_powers(node)
+    compile_program([expression])  # raises ParseError unless it is a single expression
+    factors, divisors = _split_product(expression, frozenset(joints))
     if len(factors) < 2 or not _vanishes_with_each_factor(factors, divisors, frozenset(joints)):
-        return [(Atom(case),) for case in _list_whole_number_cases(node)]
+        return [(Atom(case),) for case in _list_whole_number_cases(expression)]
     return [
         (Atom(ZERO, str(factor.value)) if factor.kind == "name" and factor.value in joints else Atom(case),)
         for factor in factors
@@ -258,16 +258,18 @@ def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
 
 def _strip_powers(node: Node) -> Node:
     """Return X for sqrt(X), X^4, -X or X - 0, which have the same zeros, but not always derivatives at them."""
-    while True:
-        is_minus_zero = node.kind == "-" and _is_zero(node.args[1])
-        if node.kind == "-" and _is_zero(node.args[0]):  # the answer was 0 = X
-            node = node.args[1]
+    inner = node
+    while True:  # no recursion: X - 0 - 0 ... may be a deep tree
+        if inner.kind == "-" and _is_zero(inner.args[0]):  # the answer was 0 = X
+            inner = inner.args[1]
             continue
-        is_power = node.kind == "^" and node.args[1].kind in ("number", "decimal") and node.args[1].value > 0
-        if is_minus_zero or is_power or node.kind == "neg" or (node.kind == "call" and node.value in ("sqrt", "abs")):
-            node = node.args[0]
+        is_minus_zero = inner.kind == "-" and _is_zero(inner.args[1])
+        is_power = inner.kind == "^" and inner.args[1].kind in ("number", "decimal") and inner.args[1].value > 0
+        has_same_zeros = is_minus_zero or is_power or inner.kind == "neg"
+        if has_same_zeros or (inner.kind == "call" and inner.value in ("sqrt", "abs")):
+            inner = inner.args[0]
         else:
-            return node
+            return inner
 
 
 def _is_zero(node: Node) -> bool:
@@ -368,10 +370,10 @@ def is_tied(atom: Atom, piece: Piece, joints: Sequence[str]) -> bool:
 
 def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
     """Return the pieces of a typed answer. Raises ParseError, also if the pieces would take too long to check."""
-    node = remove_noise(node)
-    if _count_nodes_of_cases(node) > _MAX_NODES:
+    conditions = remove_noise(node)
+    if _count_nodes_of_cases(conditions) > _MAX_NODES:
         raise ParseError(_TOO_LONG_MESSAGE)
-    pieces, total_steps = parse_pieces(node, joints), 0
+    pieces, total_steps = parse_pieces(conditions, joints), 0
     for piece in pieces:
         steps = _FIXED_COST + sum(len(compile_program([atom.expression]).steps) for atom in piece)
         is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)

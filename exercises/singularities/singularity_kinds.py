@@ -65,13 +65,14 @@ def are_one_sided(chain: Chain, samples: Sequence[Sample]) -> bool:
     At some boundary configurations, this is found only after the rotation of a joint that does not move P; for these,
     return False.
     """
-    rows = chain.task_rows
-    if _has_free_orientation(chain):
-        samples, rows = _cut_before_wrist(samples), [0, 1, 2]
     if not samples:
         return False
-    ranks = _compute_ranks(np.linalg.svd(compute_jacobians(samples)[:, rows], compute_uv=False), samples)
-    return bool(np.all(ranks == len(rows) - 1) and np.all(_classify_by_motion(samples, rows) == "boundary"))
+    has_free_orientation = _has_free_orientation(chain)
+    tested_samples = _cut_before_wrist(samples) if has_free_orientation else samples
+    rows = [0, 1, 2] if has_free_orientation else chain.task_rows
+    singular_values = np.linalg.svd(compute_jacobians(tested_samples)[:, rows], compute_uv=False)
+    loses_one_direction = _compute_ranks(singular_values, tested_samples) == len(rows) - 1
+    return bool(np.all(loses_one_direction) and np.all(_classify_by_motion(tested_samples, rows) == "boundary"))
 
 
 def classify_samples(chain: Chain, samples: Sequence[Sample]) -> list[str]:

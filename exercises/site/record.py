@@ -198,7 +198,7 @@ def make_solutions_record(problem: Problem) -> Json:
 
 def write_html_with_latex(text: str) -> str:
     """Return Markdown as HTML, with formulas left as LaTeX."""
-    return to_html(text, _make_latex_element, join_punctuation=True)
+    return to_html(text, _make_latex_element, joins_punctuation=True)
 
 
 def _make_latex_element(latex: str, is_displayed: bool) -> str:

@@ -175,10 +175,10 @@ def _solve_by_minors(chain: Chain) -> Iterator[str | PartialResult | Singulariti
     if all(minor.is_zero for minor in derivation.symbolic_minors):
         yield Singularities(determinant, None, ALWAYS_SINGULAR)
         return
-    yield PartialResult(partial(_render_partial_set, chain, minors_only=True), dict, (SINGULAR_SET,))
+    yield PartialResult(partial(_render_partial_set, chain, has_only_minors=True), dict, (SINGULAR_SET,))
     yield step
     find_singular_set(chain)  # its result is cached
-    render_conditions = partial(_render_partial_set, chain, minors_only=False)
+    render_conditions = partial(_render_partial_set, chain, has_only_minors=False)
     yield PartialResult(render_conditions, partial(_make_conditions_data, chain), (DESCRIPTION, NUMERIC_TEST))
     yield "the geometry of the configurations in which J loses rank"
     components = certify_components(chain)
@@ -239,11 +239,11 @@ def _describe_numeric_check(chain: Chain, redundant: RedundantSingularities) -> 
     return _render_sentences("solve/check.md.j2", **content)
 
 
-def _render_partial_set(chain: Chain, minors_only: bool) -> str:
+def _render_partial_set(chain: Chain, has_only_minors: bool) -> str:
     """Return what is known about the singular set: the conditions without descriptions, or only the minors."""
     steps = get_solution_steps(chain)
-    components = [] if minors_only else steps.components
-    return render("solve/part.md.j2", chain=chain, steps=steps, components=components, minors_only=minors_only)
+    components = [] if has_only_minors else steps.components
+    return render("solve/part.md.j2", chain=chain, steps=steps, components=components, has_only_minors=has_only_minors)
 
 
 def _describe_special_conditions(chain: Chain) -> str:

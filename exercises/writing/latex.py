@@ -297,10 +297,10 @@ def lay_out(
     if chain is not None:
         lengths = list_numeric_lengths(chain)
         options = list_prismatic_joints(chain), lengths, has_halves and not lengths
-    expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
-    if not isinstance(expression, sp.MatrixBase):
-        return row(*_lay_out_scalar(expression, *options))
-    rows = expression.tolist()
+    named_expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
+    if not isinstance(named_expression, sp.MatrixBase):
+        return row(*_lay_out_scalar(named_expression, *options))
+    rows = named_expression.tolist()
     return row(layout.matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
 
 
@@ -317,9 +317,10 @@ def list_numeric_lengths(chain: Chain) -> tuple[sp.Rational, ...]:
 
 def list_lengths(chain: Chain) -> list[sp.Expr]:
     """Return the lengths in an arm's table, point and base, in this order."""
-    joints = zip(chain.joints, chain.offsets, strict=True)
-    rows = ((joint.a, joint.d if joint.is_revolute else offset) for joint, offset in joints)
-    return [*(length for row in rows for length in row), *chain.point.offset, *chain.base.position]
+    lengths: list[sp.Expr] = []
+    for joint, offset in zip(chain.joints, chain.offsets, strict=True):
+        lengths += [joint.a, joint.d if joint.is_revolute else offset]
+    return [*lengths, *chain.point.offset, *chain.base.position]
 
 
 @lru_cache(maxsize=1024)
@@ -358,10 +359,10 @@ def tex_length(value: sp.Expr) -> str:
     >>> tex_length(sp.sqrt(2) * (3 * sp.Symbol("a2") + 1))
     '\\sqrt{2} (3 a_{2} + 1)'
     """
-    value = _restore_table_numbers(sp.sympify(value))
-    constant = sp.Add(*(term for term in sp.Add.make_args(value) if term.is_number))
-    has_unit = constant != 0 and (value.is_number or write_decimal(constant) is not None)
-    return _tex_with_unit(value, "m" if has_unit else "")
+    length = _restore_table_numbers(sp.sympify(value))
+    constant = sp.Add(*(term for term in sp.Add.make_args(length) if term.is_number))
+    has_unit = constant != 0 and (length.is_number or write_decimal(constant) is not None)
+    return _tex_with_unit(length, "m" if has_unit else "")
 
 
 def _restore_table_numbers(value: sp.Expr) -> sp.Expr:

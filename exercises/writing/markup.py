@@ -76,12 +76,12 @@ ConvertFormula = Callable[[str, bool], str]
 
 
 def to_html(
-    text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, join_punctuation: bool = False
+    text: str, convert_formula: ConvertFormula | None = None, width_share: float = 1.0, joins_punctuation: bool = False
 ) -> str:
     """Return HTML with formulas as MathML, or converted by `convert_formula`; raw HTML in the text is kept.
 
     `width_share` is the fraction of a page's width that the text may take. Inline MathML is put in a span of class
-    "whole" with the punctuation around it, and the style sheet forbids line breaks there. If `join_punctuation`, the
+    "whole" with the punctuation around it, and the style sheet forbids line breaks there. If `joins_punctuation`, the
     results of `convert_formula` are put in such spans, too.
     """
     tokens, formulas = parse_markdown(text)
@@ -89,7 +89,7 @@ def to_html(
     html_text = parser.renderer.render(tokens, parser.options, {})
 
     convert = convert_formula or partial(_convert_to_mathml, max_width=width_share * HTML_WIDTH)
-    uses_spans = convert_formula is None or join_punctuation
+    uses_spans = convert_formula is None or joins_punctuation
 
     def convert_with_punctuation(match: re.Match[str]) -> str:
         prefix, number, suffix = match.groups()

@@ -108,12 +108,12 @@ class _Typesetter:
     def typeset_sum(self, node: Node) -> _Operand:
         if node.kind == "neg":
             return _Operand((layout.MINUS, *self.typeset_operand(node.args[0], _PRODUCT)), _SUM)
-        terms: list[Pieces] = []
-        while node.kind in ("+", "-"):
-            sign = layout.PLUS if node.kind == "+" else layout.MINUS
-            terms.append((sign, *self.typeset_operand(node.args[1], _PRODUCT)))
-            node = node.args[0]
-        return _Operand(layout.join_pieces((), [self.typeset_operand(node, _SUM), *reversed(terms)]), _SUM)
+        left_operand, terms = node, list[Pieces]()
+        while left_operand.kind in ("+", "-"):
+            sign = layout.PLUS if left_operand.kind == "+" else layout.MINUS
+            terms.append((sign, *self.typeset_operand(left_operand.args[1], _PRODUCT)))
+            left_operand = left_operand.args[0]
+        return _Operand(layout.join_pieces((), [self.typeset_operand(left_operand, _SUM), *reversed(terms)]), _SUM)
 
     def typeset_product(self, node: Node) -> _Operand:
         if (degrees := _find_degrees(node)) is not None:
@@ -235,11 +235,11 @@ def _split_factors(node: Node) -> tuple[list[Node], list[Node]]:
 
 def _find_joint_digits(angle: Node) -> str:
     """Return "12" for theta1 + theta2; "" for an angle whose cosine can't be written like c_{12}."""
-    terms: list[Node] = []
-    while angle.kind == "+":
-        terms.append(angle.args[1])
-        angle = angle.args[0]
-    names = [str(term.value) if term.kind == "name" else "" for term in (angle, *terms)]
+    left_operand, terms = angle, list[Node]()
+    while left_operand.kind == "+":
+        terms.append(left_operand.args[1])
+        left_operand = left_operand.args[0]
+    names = [str(term.value) if term.kind == "name" else "" for term in (left_operand, *terms)]
     digits = {match[1] for match in map(_ANGLE_PATTERN.fullmatch, names) if match is not None}
     return "".join(sorted(digits)) if len(digits) == len(names) else ""
 

@@ -62,8 +62,9 @@ def print_plain_mathml(formula: Layout, is_displayed: bool = False) -> str:
 
 def _escape_char(char: str) -> str:
     """Return a character in MathML."""
-    char = _REPLACEMENTS.get(char, char)
-    return char if char.isascii() and (char.isalnum() or char in "[];") else f"&#x{ord(char):05X};"
+    shown_char = _REPLACEMENTS.get(char, char)
+    needs_no_escape = shown_char.isascii() and (shown_char.isalnum() or shown_char in "[];")
+    return shown_char if needs_no_escape else f"&#x{ord(shown_char):05X};"
 
 
 class _Printer:
