@@ -7,7 +7,7 @@ is parsed by `notation`, for its meaning.
 import re
 from functools import lru_cache
 
-from qdot.exercises.formula.layout import ACCENTS, EMPTY, SPACES, SYMBOLS, Layout, row_pieces
+from qdot.exercises.formula.layout import ACCENTS, EMPTY, SPACES, SYMBOLS, Layout, list_row_pieces
 from qdot.exercises.formula.styles import STYLES, apply_style
 
 LETTERS: dict[str, str] = SYMBOLS["letters"]
@@ -123,7 +123,7 @@ class _Reader:
             raise self.make_error("'" * primes)
         if primes:
             prime = Layout("letter", PRIMES[primes - 1])
-            superscript = Layout("row", "", (prime, *row_pieces(superscript))) if superscript != EMPTY else prime
+            superscript = Layout("row", "", (prime, *list_row_pieces(superscript))) if superscript != EMPTY else prime
         return Layout("script", "", (base, subscript, superscript))
 
     def read_argument(self) -> Layout:

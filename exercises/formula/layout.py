@@ -57,49 +57,56 @@ THIN, QUAD, QQUAD = (Layout("space", name) for name in (",", "quad", "qquad"))
 _PIECES_BEFORE_NUMBER_SIGN = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
 
 
-def row(*pieces: Layout) -> Layout:
+def make_row(*pieces: Layout) -> Layout:
     """Return pieces side by side."""
     return Layout("row", inner=pieces)
 
 
-def script(base: Layout, subscript: Layout = EMPTY, superscript: Layout = EMPTY) -> Layout:
+def make_script(base: Layout, subscript: Layout = EMPTY, superscript: Layout = EMPTY) -> Layout:
     """Return a piece with a subscript and a superscript."""
     return Layout("script", inner=(base, subscript, superscript))
 
 
-def fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_small: bool = False) -> Layout:
+def make_fraction(numerator: Sequence[Layout], denominator: Sequence[Layout], is_small: bool = False) -> Layout:
     """Return a fraction; if `is_small`, a small fraction, as in running text."""
-    return Layout("fraction", "tfrac" if is_small else "frac", (row(*numerator), row(*denominator)))
+    return Layout("fraction", "tfrac" if is_small else "frac", (make_row(*numerator), make_row(*denominator)))
 
 
-def fence(brackets: str, content: Sequence[Layout]) -> Layout:
+def make_fence(brackets: str, content: Sequence[Layout]) -> Layout:
     """Return pieces between brackets of the same height."""
-    return Layout("fenced", brackets, (row(*content),))
+    return Layout("fenced", brackets, (make_row(*content),))
 
 
-def matrix(rows: Sequence[Sequence[Sequence[Layout]]], brackets: str = "[]") -> Layout:
+def make_matrix(rows: Sequence[Sequence[Sequence[Layout]]], brackets: str = "[]") -> Layout:
     """Return a matrix of entries in brackets."""
-    return Layout("matrix", brackets, tuple(row(*(row(*entry) for entry in cells)) for cells in rows))
+    return Layout("matrix", brackets, tuple(make_row(*(make_row(*entry) for entry in cells)) for cells in rows))
 
 
-def number(text: str) -> Pieces:
-    """Return a number, and its minus if it has one."""
+def make_digits(text: str) -> Pieces:
+    """Return the digits of a number, after its minus if it has one."""
     return (MINUS, Layout("number", text[1:])) if text[0] == "-" else (Layout("number", text),)
 
 
-def scientific_number(digits: str, power: int) -> Pieces:
+def make_scientific_number(digits: str, power: int) -> Pieces:
     """Return a number with a power of ten."""
-    return (*number(digits), DOT, script(Layout("number", "10"), superscript=row(*number(str(power)))))
+    power_of_ten = make_script(Layout("number", "10"), superscript=make_row(*make_digits(str(power))))
+    return (*make_digits(digits), DOT, power_of_ten)
+
+
+def make_numeric_fraction(numerator: int, denominator: int) -> Layout:
+    """Return a small fraction of two whole numbers."""
+    return make_fraction(make_digits(str(numerator)), make_digits(str(denominator)), is_small=True)
 
 
 def raise_pieces_to(pieces: Pieces, exponent: Layout) -> Pieces:
     """Return the pieces with a power added to the last one."""
     last_piece = pieces[-1]
     base_piece, subscript, power = last_piece.inner if last_piece.kind == "script" else (last_piece, EMPTY, EMPTY)
-    return (*pieces[:-1], script(base_piece, subscript, row(*row_pieces(power), *row_pieces(exponent))))
+    new_power = make_row(*list_row_pieces(power), *list_row_pieces(exponent))
+    return (*pieces[:-1], make_script(base_piece, subscript, new_power))
 
 
-def row_pieces(piece: Layout) -> Pieces:
+def list_row_pieces(piece: Layout) -> Pieces:
     """Return the pieces of a row, or a tuple with any other piece."""
     return piece.inner if piece.kind == "row" else (piece,)
 
@@ -113,7 +120,7 @@ def join_pieces(separator: Sequence[Layout], sequences: Iterable[Sequence[Layout
 def bracket(content: Sequence[Layout], tall_kinds: frozenset[str]) -> Pieces:
     """Return pieces in brackets. The brackets are high if a piece inside has a kind or a text in `tall_kinds`."""
     if _contains_kind(content, tall_kinds):
-        return (fence("()", content),)
+        return (make_fence("()", content),)
     return (Layout("sign", "("), *content, Layout("sign", ")"))
 
 

@@ -6,7 +6,7 @@ Unicode has a character for each of these letters, so printers treat them like o
 import re
 import unicodedata
 
-from qdot.exercises.formula.layout import SYMBOLS, Layout, row
+from qdot.exercises.formula.layout import SYMBOLS, Layout, make_row
 
 STYLES: dict[str, list[str]] = SYMBOLS["styles"]
 """Maps each command to the names of its styles in Unicode. Of the styles that have a character, the last is used; some
@@ -45,7 +45,7 @@ def apply_style(command: str, piece: Layout) -> Layout:
     table = _TABLES[command]
     if piece.kind in ("letter", "number", "sign") and table:
         letters = [Layout("letter", table[char]) if char in table else piece._replace(text=char) for char in piece.text]
-        return letters[0] if len(letters) == 1 else row(*letters)
+        return letters[0] if len(letters) == 1 else make_row(*letters)
     if piece.kind == "script":
         return piece._replace(inner=(apply_style(command, piece.inner[0]), *piece.inner[1:]))
     parts = tuple(apply_style(command, part) for part in piece.inner)

@@ -99,14 +99,14 @@ class Catalogue:
 
     def translate_arm_title(self, name: str) -> str:
         """Return the heading for an arm that has a name, or the general heading if `name` is empty."""
-        return _translate_by_first_match(self._arm_translations(ARM_HEADING), name or "arm")
+        return _translate_by_first_match(self._list_arm_translations(ARM_HEADING), name or "arm")
 
     def translate_arm_in_sentence(self, name: str) -> str:
         """Return the name of an arm with an article, as it follows "The figure shows" in a sentence."""
         arm_name = name or "arm"
         if self.is_english:
             return f"{'an' if re.match(r'[aeiou]|R[RP]+ ', arm_name) else 'a'} {arm_name}"
-        return _translate_by_first_match(self._arm_translations(ARM_IN_SENTENCE), arm_name)
+        return _translate_by_first_match(self._list_arm_translations(ARM_IN_SENTENCE), arm_name)
 
     def translate_mistake_title(self, name: str, title: str) -> str:
         """Return the title of a mistake."""
@@ -190,7 +190,7 @@ class Catalogue:
     def _phrase_translations(self) -> list[PhraseTranslation]:
         return [(make_phrase_pattern(english), self._translate(PHRASE, english)) for english in PHRASES]
 
-    def _arm_translations(self, context: str) -> list[PhraseTranslation]:
+    def _list_arm_translations(self, context: str) -> list[PhraseTranslation]:
         return [(make_phrase_pattern(name), self._translate(context, name)) for name in ARMS]
 
 

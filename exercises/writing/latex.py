@@ -12,7 +12,14 @@ import sympy as sp
 from qdot.exercises.arm.chain import Chain
 from qdot.exercises.formula import layout, order
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
+from qdot.exercises.formula.layout import (
+    Layout,
+    Pieces,
+    make_digits,
+    make_numeric_fraction,
+    make_row,
+    make_script,
+)
 from qdot.exercises.formula.order import COMPONENT_PATTERN, find_joint_sum_digits, is_rate_or_component, write_decimal
 from qdot.exercises.formula.printers.latex import print_latex
 from qdot.exercises.writing.angles import AngleNames
@@ -120,12 +127,12 @@ class _ExpressionLayout:
         has_denominator = bool(factors_below or number_below)
         is_alone_above = has_denominator and not number_above and len(factors_above) == 1
         pieces_above = self.lay_out_factors(factors_above, product.flipped_sums, is_alone_above)
-        numerator = number_above + pieces_above or number("1")
+        numerator = number_above + pieces_above or make_digits("1")
         if not has_denominator:
             return _SignedTerm(product.is_negative, numerator)
         is_alone_below = not number_below and len(factors_below) == 1
         denominator = number_below + self.lay_out_factors(factors_below, product.flipped_sums, is_alone_below)
-        return _SignedTerm(product.is_negative, (layout.fraction(numerator, denominator, remainder.is_number),))
+        return _SignedTerm(product.is_negative, (layout.make_fraction(numerator, denominator, remainder.is_number),))
 
     def lay_out_factors(self, factors: Sequence[sp.Expr], flipped_sums: frozenset[sp.Expr], is_alone: bool) -> Pieces:
         """Return factors side by side; a sum gets brackets unless it `is_alone` in a numerator or denominator."""
@@ -147,17 +154,17 @@ class _ExpressionLayout:
         if factor.is_number and factor.is_Rational:
             return self.lay_out_number(factor).pieces
         if isinstance(factor, sp.Abs):
-            return (layout.fence("||", self.lay_out(factor.args[0])),)
+            return (layout.make_fence("||", self.lay_out(factor.args[0])),)
         if factor.func in _FUNCTIONS:
             return self.lay_out_call(factor, layout.EMPTY)
         return parse_latex(str(sp.latex(factor))).inner
 
     def lay_out_power(self, base: sp.Expr, exponent: sp.Expr) -> Pieces:
         if exponent == sp.Rational(1, 2):
-            return (Layout("root", "sqrt", (row(*self.lay_out(base)),)),)
+            return (Layout("root", "sqrt", (make_row(*self.lay_out(base)),)),)
         if exponent.could_extract_minus_sign():
             return self.cached_product(sp.Pow(base, exponent)).pieces
-        exponent_layout = row(*self.lay_out(exponent))
+        exponent_layout = make_row(*self.lay_out(exponent))
         if isinstance(base, (sp.sin, sp.cos, sp.tan)):
             return self.lay_out_call(base, exponent_layout)
         base_pieces = self.lay_out_factor(base)
@@ -167,11 +174,12 @@ class _ExpressionLayout:
 
     def lay_out_call(self, expression: sp.Expr, superscript: Layout) -> Pieces:
         word, argument = _FUNCTIONS[expression.func], expression.args[0]
-        function_name = script(word, layout.EMPTY, superscript) if superscript.inner else word
+        function_name = make_script(word, layout.EMPTY, superscript) if superscript.inner else word
         if isinstance(expression, (sp.sin, sp.cos)):
             joint_digits = find_joint_sum_digits(argument)
             if joint_digits is not None:
-                return (script(Layout("letter", word.text[0]), row(*number(joint_digits)), superscript),)
+                letter = Layout("letter", word.text[0])
+                return (make_script(letter, make_row(*make_digits(joint_digits)), superscript),)
             if order.NAMED_ANGLE_PATTERN.fullmatch(str(argument)):
                 return (function_name, *parse_latex(argument.name).inner)
             return (function_name, *layout.bracket(self.lay_out_angle(argument), _TALL))
@@ -189,7 +197,7 @@ class _ExpressionLayout:
         remainder, digits = sp.expand(value - constant), write_decimal(abs(180 * constant / sp.pi))
         if constant == 0 or digits is None:
             return self.lay_out(value)
-        degrees = script(Layout("number", digits), superscript=layout.DEGREE)
+        degrees = make_script(Layout("number", digits), superscript=layout.DEGREE)
         if remainder == 0:
             return (layout.MINUS, degrees) if constant < 0 else (degrees,)
         remainder_pieces = self.lay_out(remainder)
@@ -201,12 +209,13 @@ class _ExpressionLayout:
         is_negative, size = bool(value.is_negative), abs(value)
         if size.is_Float:
             digits, _, power = f"{float(size):.10g}".partition("e")
-            return _SignedTerm(is_negative, layout.scientific_number(digits, int(power)) if power else number(digits))
+            pieces = layout.make_scientific_number(digits, int(power)) if power else make_digits(digits)
+            return _SignedTerm(is_negative, pieces)
         if not size.is_Rational:
             return _SignedTerm(False, self.lay_out_factor(value))
         if (decimal_digits := write_decimal(size)) is not None:
-            return _SignedTerm(is_negative, number(decimal_digits))
-        return _SignedTerm(is_negative, (layout.fraction(number(str(size.p)), number(str(size.q)), is_small=True),))
+            return _SignedTerm(is_negative, make_digits(decimal_digits))
+        return _SignedTerm(is_negative, (make_numeric_fraction(size.p, size.q),))
 
     def split_coefficient(self, value: sp.Expr, remainder: sp.Expr, is_fraction: bool) -> tuple[Pieces, Pieces]:
         """Split a numeric coefficient into the numbers in the numerator and in the denominator of its term.
@@ -219,7 +228,7 @@ class _ExpressionLayout:
         if not value.is_Rational:
             return self.lay_out_number(value).pieces, ()
         if self.has_halves and value.q in _HALVES and not is_fraction:
-            return (layout.fraction(number(str(value.p)), number(str(value.q)), is_small=True),), ()
+            return (make_numeric_fraction(value.p, value.q),), ()
         digits, inverse_digits = write_decimal(value), write_decimal(1 / value)
         if is_fraction and (quotient := _find_quotient_of_lengths(value, self.lengths)) is not None:
             numerator, denominator = map(self.lay_out_number, quotient)
@@ -228,10 +237,11 @@ class _ExpressionLayout:
         if value.q > _MAX_DENOMINATOR or not (remainder.is_number or has_root):
             prefers_inverse = digits is None or (is_fraction and value > 1 and len(str(inverse_digits)) <= len(digits))
             if inverse_digits is not None and prefers_inverse:
-                return (), number(inverse_digits)
+                return (), make_digits(inverse_digits)
             if digits is not None:
-                return number(digits), ()
-        return (number(str(value.p)) if value.p != 1 else ()), (number(str(value.q)) if value.q != 1 else ())
+                return make_digits(digits), ()
+        numerator_pieces, denominator_pieces = (make_digits(str(n)) if n != 1 else () for n in (value.p, value.q))
+        return numerator_pieces, denominator_pieces
 
 
 @lru_cache(maxsize=1024)
@@ -299,9 +309,9 @@ def lay_out(
         options = list_prismatic_joints(chain), lengths, has_halves and not lengths
     named_expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(named_expression, sp.MatrixBase):
-        return row(*_lay_out_scalar(named_expression, *options))
+        return make_row(*_lay_out_scalar(named_expression, *options))
     rows = named_expression.tolist()
-    return row(layout.matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
+    return make_row(layout.make_matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
 
 
 def list_prismatic_joints(chain: Chain) -> tuple[str, ...]:
@@ -346,7 +356,7 @@ def tex_lines(expression: sp.Expr, chain: Chain | None = None, angles: AngleName
     terms = layout.split_terms(lay_out(expression, chain, angles).inner)
     first_line, *other_lines = fill_lines(terms, MAX_LINE_WIDTH)
     lines = (first_line, *((layout.QUAD, *line[1:]) for line in other_lines))
-    return r" \\ & ".join(print_latex(row(*line)) for line in lines)
+    return r" \\ & ".join(print_latex(make_row(*line)) for line in lines)
 
 
 def tex_length(value: sp.Expr) -> str:
@@ -399,7 +409,7 @@ def tex_angle(value: sp.Expr) -> str:
 
 @lru_cache(maxsize=1024)
 def _write_angle_in_degrees(value: sp.Expr) -> str:
-    return _tex_with_unit(value, "rad") if has_radians(value) else print_latex(row(*_lay_out_angle(value)))
+    return _tex_with_unit(value, "rad") if has_radians(value) else print_latex(make_row(*_lay_out_angle(value)))
 
 
 _lay_out_angle = _ExpressionLayout(()).lay_out_angle
@@ -455,4 +465,4 @@ def tex_degrees(angle: sp.Expr) -> str:
 
 def _tex_with_unit(value: sp.Expr, unit: str) -> str:
     unit_pieces = (layout.THIN, Layout("text", unit)) if unit else ()
-    return print_latex(row(*lay_out(value).inner, *unit_pieces))
+    return print_latex(make_row(*lay_out(value).inner, *unit_pieces))

@@ -10,7 +10,7 @@ from functools import lru_cache
 from itertools import chain, pairwise, zip_longest
 
 from qdot.exercises.formula import layout
-from qdot.exercises.formula.layout import Layout, Pieces, row
+from qdot.exercises.formula.layout import Layout, Pieces, make_row
 
 Lines = list[Pieces]
 EquationSides = list[tuple[Pieces, Pieces]]
@@ -48,7 +48,7 @@ def estimate_width(formula: Layout, scale: float = 1.0) -> float:
     """
     kind, text, inner = formula
     if kind == "row":
-        return _total_width(inner, scale)
+        return _add_widths(inner, scale)
     if kind == "script":
         return estimate_width(inner[0]) + SCRIPT_SCALE * max(estimate_width(inner[1]), estimate_width(inner[2]))
     if kind == "fraction":
@@ -75,7 +75,7 @@ def is_taller_than_line(formula: Layout) -> bool:
     return formula.kind in ("fraction", "fenced", "root") or any(map(is_taller_than_line, formula.inner))
 
 
-def _total_width(pieces: Sequence[Layout], scale: float = 1.0) -> float:
+def _add_widths(pieces: Sequence[Layout], scale: float = 1.0) -> float:
     return sum(estimate_width(piece, scale) for piece in pieces)
 
 
@@ -94,11 +94,11 @@ def fit_formula(formula: Layout, max_width: float) -> Layout:
     if estimate_width(formula) <= max_width:
         return formula
     rows = _split_equations(formula, max_width)
-    left_width = max(_total_width(left) for left, _ in rows)  # the right sides are aligned below each other
+    left_width = max(_add_widths(left) for left, _ in rows)  # the right sides are aligned below each other
     names: EntryNames = {}
     lines = [line for left, right in rows for line in _break_equation(left, right, max_width - left_width, names)]
-    cells = tuple(row(row(*left), row(*right)) for left, right in lines)
-    return row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
+    cells = tuple(make_row(make_row(*left), make_row(*right)) for left, right in lines)
+    return make_row(Layout("aligned", "apart" if len(lines) > 1 else "", cells))
 
 
 def _split_equations(formula: Layout, max_width: float) -> EquationSides:
@@ -114,7 +114,7 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
             continue
         joined_equations = layout.join_pieces((layout.QUAD,), [(*a, *b) for a, b in pairs])
-        if len(pairs) > 1 and _total_width(joined_equations) <= max_width - 2 * INDENT_WIDTH:
+        if len(pairs) > 1 and _add_widths(joined_equations) <= max_width - 2 * INDENT_WIDTH:
             pairs = [(left, joined_equations[len(left) :])]
         rows += pairs
     return rows
@@ -127,7 +127,7 @@ def _split_at_equals(equation: Pieces) -> tuple[Pieces, Pieces]:
 
 def _break_equation(left: Pieces, right: Pieces, max_width: float, names: EntryNames) -> EquationSides:
     """Return the lines of an equation whose right side may be `max_width` (em) wide."""
-    if _total_width(right) <= max_width - INDENT_WIDTH:
+    if _add_widths(right) <= max_width - INDENT_WIDTH:
         return [(left, right)]
     sign = right[:1] if right[:1] == (layout.EQUALS,) else ()
     available_width = max_width - (2 if sign else 1) * INDENT_WIDTH
@@ -144,7 +144,7 @@ def _break_side(side: Pieces, max_width: float, names: EntryNames) -> Lines:
 
     `names` are the names that entries of matrices have in the whole formula; new names are added.
     """
-    if _total_width(side) <= max_width:
+    if _add_widths(side) <= max_width:
         return [side]
     for factors, sign in ((layout.split_at(side, _CROSS), _CROSS), (_split_matrices(side), layout.DOT)):
         if len(factors) > 1:
@@ -186,8 +186,8 @@ def _break_fraction(formula_pieces: Pieces, max_width: float) -> Lines:
     is_bracketed = len(numerator) > 3 and (numerator[1], numerator[-1]) == (_OPEN, _CLOSE)
     if is_bracketed and numerator[0].kind == "number":  # 0.5 (a + b)
         factor, numerator = numerator[0], numerator[2:-1]
-    first_line, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _total_width(denominator))
-    opening_pieces = (*sign, layout.fraction((factor,), denominator), _OPEN)
+    first_line, *other_lines = fill_lines(layout.split_terms(numerator), max_width - _add_widths(denominator))
+    opening_pieces = (*sign, layout.make_fraction((factor,), denominator), _OPEN)
     return [(*opening_pieces, *first_line), *other_lines[:-1], (*other_lines[-1], _CLOSE)] if other_lines else []
 
 
@@ -197,7 +197,7 @@ def _split_wide_terms(terms: Sequence[Pieces], max_width: float) -> list[Pieces]
     for term in terms:
         pieces, inner_terms = term, [term]
         for depth in range(1, MAX_BRACKET_DEPTH + 1):
-            if all(_total_width(inner_term) <= MAX_OVERWIDTH * max_width for inner_term in inner_terms):
+            if all(_add_widths(inner_term) <= MAX_OVERWIDTH * max_width for inner_term in inner_terms):
                 break
             pieces = _open_brackets(pieces, max_width)
             inner_terms = layout.split_terms(pieces, depth)
@@ -210,7 +210,7 @@ def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
     opened_pieces: list[Layout] = []
     for piece in pieces:
         if piece.kind == "fenced" and piece.text == "()" and estimate_width(piece) > max_width / 2:
-            opened_pieces += (_OPEN, *_open_brackets(layout.row_pieces(piece.inner[0]), max_width), _CLOSE)
+            opened_pieces += (_OPEN, *_open_brackets(layout.list_row_pieces(piece.inner[0]), max_width), _CLOSE)
         else:
             opened_pieces.append(piece)
     return tuple(opened_pieces)
@@ -218,9 +218,9 @@ def _open_brackets(pieces: Pieces, max_width: float) -> Pieces:
 
 def fill_lines(terms: Sequence[Pieces], max_width: float) -> Lines:
     """Return lines of terms, each filled as far as `max_width` (em) permits."""
-    lines, line_width = [terms[0]], _total_width(terms[0])
+    lines, line_width = [terms[0]], _add_widths(terms[0])
     for term in terms[1:]:
-        term_width = _total_width(term)
+        term_width = _add_widths(term)
         if line_width + term_width <= max_width - INDENT_WIDTH:
             lines[-1] += term
             line_width += term_width
@@ -244,14 +244,14 @@ def _name_entries(side: Pieces, max_width: float, names: EntryNames) -> Lines:
     rows = [[cell.inner for cell in cells.inner] for cells in matrix.inner]
     new_names: EntryNames = {}
     for entry in (entry for cells in rows for entry in cells):
-        if _total_width(entry) > max_width / (len(rows[0]) + 1) and entry not in names:
-            names[entry] = (layout.script(Layout("letter", "m"), row(*layout.number(str(len(names) + 1)))),)
-            new_names[entry] = names[entry]
+        if _add_widths(entry) > max_width / (len(rows[0]) + 1) and entry not in names:
+            subscript = make_row(*layout.make_digits(str(len(names) + 1)))
+            names[entry] = new_names[entry] = (layout.make_script(Layout("letter", "m"), subscript),)
     if not any(entry in names for cells in rows for entry in cells):
         return []
-    named_matrix = layout.matrix([[names.get(entry, entry) for entry in cells] for cells in rows], matrix.text)
+    named_matrix = layout.make_matrix([[names.get(entry, entry) for entry in cells] for cells in rows], matrix.text)
     is_power = matrix_piece.kind == "script"
-    named_piece = layout.script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
+    named_piece = layout.make_script(named_matrix, *matrix_piece.inner[1:]) if is_power else named_matrix
     lines = _break_side((*side[:index], named_piece, *side[index + 1 :]), max_width, names)
     for entry, name in new_names.items():
         entry_width = max_width - 4.0  # the name and the equals sign are narrower

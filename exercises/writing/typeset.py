@@ -13,7 +13,14 @@ from typing import NamedTuple
 
 from qdot.exercises.formula import layout
 from qdot.exercises.formula.latex import parse_latex
-from qdot.exercises.formula.layout import Layout, Pieces, number, row, script
+from qdot.exercises.formula.layout import (
+    Layout,
+    Pieces,
+    make_digits,
+    make_numeric_fraction,
+    make_row,
+    make_script,
+)
 from qdot.exercises.formula.trees import ONE, Node, ParseError, as_matrix, format_tree, make_number
 from qdot.exercises.writing.latex import write_symbol
 from qdot.exercises.writing.units import tex_unit
@@ -64,7 +71,7 @@ def typeset(
     >>> print_latex(typeset(parse_formula("-a1*sin(theta1 + theta2)/2 + x_long^2")))
     '-\\tfrac{1}{2}\\, a_{1} s_{12} + \\text{x_long}^{2}'
     """
-    return row(*_Typesetter(prismatic_numbers, are_alternatives, units).typeset_answer(node))
+    return make_row(*_Typesetter(prismatic_numbers, are_alternatives, units).typeset_answer(node))
 
 
 class _Typesetter:
@@ -80,7 +87,7 @@ class _Typesetter:
             return self.typeset_node(node).pieces
         units = iter(parse_latex(tex_unit(unit)).inner for unit in self.units)
         entry_rows = [[(*self.typeset_node(entry).pieces, *next(units)) for entry in entries] for entries in rows]
-        return entry_rows[0][0] if len(self.units) == 1 else (layout.matrix(entry_rows),)
+        return entry_rows[0][0] if len(self.units) == 1 else (layout.make_matrix(entry_rows),)
 
     def typeset_node(self, node: Node) -> _Operand:
         self.depth += 1
@@ -126,11 +133,11 @@ class _Typesetter:
         is_small = has_numeric_denominator and all(factor.value == "pi" for factor in other_factors)
         if has_numeric_denominator and not is_small:  # 4*sin(theta1)/25 has its fraction before the sine
             numbers = [factor for factor in numerator if factor.kind == "number"] or [ONE]
-            coefficient = layout.fraction(self.typeset_factors(numbers), self.typeset_factors(denominator), True)
+            coefficient = layout.make_fraction(self.typeset_factors(numbers), self.typeset_factors(denominator), True)
             return _Operand((coefficient, layout.THIN, *self.typeset_factors(other_factors, False)), _PRODUCT)
         if len(numerator) > 1:  # (1/a1)*a2 is a2/a1
             numerator = [factor for factor in numerator if factor != ONE] or numerator[:1]
-        fraction = layout.fraction(self.typeset_factors(numerator), self.typeset_factors(denominator), is_small)
+        fraction = layout.make_fraction(self.typeset_factors(numerator), self.typeset_factors(denominator), is_small)
         return _Operand((fraction,), _FACTOR)
 
     def typeset_factors(self, factors: Sequence[Node], is_alone: bool = True) -> Pieces:
@@ -147,7 +154,7 @@ class _Typesetter:
         base, exponent = node.args
         is_fraction = exponent.kind == "/" and all(arg.kind == "number" for arg in exponent.args)  # as in a^(1/2)
         separator = (Layout("sign", "/"),)
-        superscript = row(*self.typeset_list(exponent.args if is_fraction else (exponent,), separator))
+        superscript = make_row(*self.typeset_list(exponent.args if is_fraction else (exponent,), separator))
         is_whole_number = len(superscript.inner) == 1 and superscript.inner[0].text.isdigit()
         if base.kind == "call" and base.value in ("sin", "cos", "tan") and is_whole_number:
             return self.typeset_call(base, superscript)
@@ -156,15 +163,15 @@ class _Typesetter:
     def typeset_call(self, node: Node, superscript: Layout = layout.EMPTY) -> _Operand:
         word = str(node.value)
         if word in ("sin", "cos") and (joint_digits := _find_joint_digits(node.args[0])):
-            symbol = script(Layout("letter", word[0]), row(*number(joint_digits)), superscript)
+            symbol = make_script(Layout("letter", word[0]), make_row(*make_digits(joint_digits)), superscript)
             return _Operand((symbol,), _FACTOR if superscript.inner else _ATOM)
         arguments = self.typeset_list(node.args)
         if word == "sqrt":
-            return _Operand((Layout("root", "sqrt", (row(*arguments),)),), _FACTOR)
+            return _Operand((Layout("root", "sqrt", (make_row(*arguments),)),), _FACTOR)
         if word == "abs":
-            return _Operand((layout.fence("||", arguments),), _ATOM)
+            return _Operand((layout.make_fence("||", arguments),), _ATOM)
         function_name = _FUNCTION_NAMES.get(word) or Layout("function", word)
-        function_name = script(function_name, layout.EMPTY, superscript) if superscript.inner else function_name
+        function_name = make_script(function_name, layout.EMPTY, superscript) if superscript.inner else function_name
         return _Operand((function_name, *layout.bracket(arguments, _TALL)), _FACTOR)
 
     def typeset_list(self, nodes: Sequence[Node], separator: Sequence[Layout] = (layout.COMMA,)) -> Pieces:
@@ -177,8 +184,9 @@ class _Typesetter:
             return _Operand(self.typeset_list(node.args, _AND if node.kind == "dict" else self.separator), _RELATION)
         if (rows := _find_rows(node)) is not None:
             entry_rows = [[self.typeset_node(entry).pieces for entry in entries] for entries in rows]
-            return _Operand((layout.matrix(entry_rows),), _ATOM)
-        return _Operand((layout.fence("[]" if node.kind == "list" else "{}", self.typeset_list(node.args)),), _ATOM)
+            return _Operand((layout.make_matrix(entry_rows),), _ATOM)
+        brackets = "[]" if node.kind == "list" else "{}"
+        return _Operand((layout.make_fence(brackets, self.typeset_list(node.args)),), _ATOM)
 
     def typeset_relation(self, node: Node) -> _Operand:
         if node.kind in ("and", "or"):
@@ -266,10 +274,9 @@ def _find_degrees(node: Node) -> Node | None:
 def _typeset_number(node: Node) -> _Operand:
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
-        fraction = layout.fraction(number(str(value.numerator)), number(str(value.denominator)), is_small=True)
-        return _Operand((fraction,), _FACTOR)
+        return _Operand((make_numeric_fraction(value.numerator, value.denominator),), _FACTOR)
     digits = format_tree(node)
     if node.kind == "decimal" and value and not Fraction(1, 10**5) <= abs(value) < 10**9:
         mantissa, _, power = f"{Decimal(digits):e}".partition("e")
-        return _Operand(layout.scientific_number(mantissa.rstrip("0").rstrip("."), int(power)), _PRODUCT)
-    return _Operand(number(digits), _ATOM)
+        return _Operand(layout.make_scientific_number(mantissa.rstrip("0").rstrip("."), int(power)), _PRODUCT)
+    return _Operand(make_digits(digits), _ATOM)

@@ -14,8 +14,8 @@ from qdot.exercises.formula.layout import (
     Pieces,
     can_end_term,
     get_script_base,
-    row,
-    row_pieces,
+    list_row_pieces,
+    make_row,
 )
 from qdot.exercises.formula.styles import STYLED_LETTERS
 
@@ -112,10 +112,10 @@ def _print_piece(piece: Layout) -> str:
 
 @lru_cache(maxsize=2048)
 def _print_script(base_piece: Layout, subscript: Layout, superscript: Layout) -> str:
-    superscript_pieces = row_pieces(superscript)
+    superscript_pieces = list_row_pieces(superscript)
     has_text = bool(superscript_pieces) and superscript_pieces[0].text != ""
     prime_count = PRIMES.find(superscript_pieces[0].text) + 1 if has_text else 0
-    superscript_after_primes = row(*superscript_pieces[1:]) if prime_count else superscript
+    superscript_after_primes = make_row(*superscript_pieces[1:]) if prime_count else superscript
     text = _print_piece(base_piece) + "'" * prime_count
     scripts = ("_", subscript), ("^", superscript_after_primes)
     for mark, part in reversed(scripts) if superscript == _STAR else scripts:  # p^*_{1}

@@ -26,9 +26,9 @@ from qdot.exercises.formula.layout import (
     PLUS,
     SPACES,
     Layout,
-    number,
-    row,
-    script,
+    make_digits,
+    make_row,
+    make_script,
     split_at,
     split_terms,
 )
@@ -326,12 +326,12 @@ WRITTEN = [json.loads(line)["latex"] for line in (DATA / "mathml.jsonl").read_te
 
 
 def test_latex_is_parsed_to_a_layout() -> None:
-    a, index = Layout("letter", "a"), row(*number("1"))
-    assert parse_latex("a_{1}") == row(script(a, index))
-    assert parse_latex("a_1^{2}") == row(script(a, index.inner[0], row(*number("2"))))
-    assert parse_latex("-a") == row(MINUS, a) and parse_latex("{}") == row(EMPTY)
-    assert parse_latex(r"\frac12").inner == (Layout("fraction", "frac", (*number("1"), *number("2"))),)
-    assert parse_latex("0{,}5") == row(*number("0,5"))
+    a, index = Layout("letter", "a"), make_row(*make_digits("1"))
+    assert parse_latex("a_{1}") == make_row(make_script(a, index))
+    assert parse_latex("a_1^{2}") == make_row(make_script(a, index.inner[0], make_row(*make_digits("2"))))
+    assert parse_latex("-a") == make_row(MINUS, a) and parse_latex("{}") == make_row(EMPTY)
+    assert parse_latex(r"\frac12").inner == (Layout("fraction", "frac", (*make_digits("1"), *make_digits("2"))),)
+    assert parse_latex("0{,}5") == make_row(*make_digits("0,5"))
 
 
 @pytest.mark.parametrize("text", WRITTEN)
@@ -373,6 +373,7 @@ def test_every_symbol_has_a_printed_form() -> None:
 
 def test_terms_are_split_at_signs_outside_brackets() -> None:
     terms = split_terms(parse_latex("-a + b (c - d) - (e + f)^{2} = -g").inner)
-    shown = [print_latex(row(EMPTY, *term)) for term in terms]
+    shown = [print_latex(make_row(EMPTY, *term)) for term in terms]
     assert shown == ["{} - a", "{} + b (c - d)", "{} - (e + f)^{2} = -g"]
-    assert [print_latex(row(*part)) for part in split_at(parse_latex("a + (b + c)").inner, PLUS)] == ["a", "(b + c)"]
+    parts = split_at(parse_latex("a + (b + c)").inner, PLUS)
+    assert [print_latex(make_row(*part)) for part in parts] == ["a", "(b + c)"]
