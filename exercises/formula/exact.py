@@ -1,10 +1,10 @@
 """Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
 
-Let w = exp(i theta / 8) for every angle theta. The sine or cosine of an angle, of half, a quarter or an eighth of an
-angle, or of a sum of these and of multiples of a quarter of a degree, is a quotient of polynomials in the w, with
-coefficients in the field of the 1440th roots of unity. The same is true of sums, products, quotients and integer powers
-of such sines, cosines and symbols. Two such functions n1/d1 and n2/d2 are equal if and only if N = n1 d2 - n2 d1 is the
-zero polynomial.
+Each angle theta is represented by a number w = exp(i theta / 8). The sine or cosine of an angle, of half, a quarter or
+an eighth of an angle, or of a sum of these and of multiples of a quarter of a degree, is a quotient of polynomials in
+such numbers w, with coefficients in the field of the 1440th roots of unity. The same is true of sums, products,
+quotients and integer powers of such sines, cosines and symbols. Two such functions n1/d1 and n2/d2 are equal if and
+only if N = n1 d2 - n2 d1 is the zero polynomial.
 
 Modulo a prime p = 1 (mod 1440), the integers contain 1440th roots of unity, so the functions can be evaluated without
 rounding. The system's random generator chooses a prime and a root for several answers at a time. The point is chosen
@@ -18,7 +18,7 @@ still agree in two cases:
 
 The sum of the two bounds the chance of accepting a wrong answer; points are added until it is below 1e-15. Degree and
 height are computed from both texts as typed, without expanding anything. An angle outside of a sine or cosine, and pi,
-are algebraically independent of the w and are treated like symbols.
+are algebraically independent of the numbers w and are treated like symbols.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -221,7 +221,7 @@ def _make_square_root_step(operand: Angle | None) -> SizedStep | None:
 
 
 class _Point:
-    """A random point: values modulo the prime for each name, and for the w of each angle.
+    """A random point: a value modulo the prime for each name, and for the number w of each angle.
 
     They are chosen when first used. If `is_shared`, a value depends only on its name, so all programs are evaluated at
     the same point.

@@ -15,7 +15,7 @@ SYMBOLS: dict[str, Any] = json.loads(Path(__file__).with_name("symbols.json").re
 """The letters, signs and words of formulas, with their LaTeX commands and their words for screen readers."""
 
 SPACES: dict[str, float] = SYMBOLS["spaces"]
-"""The width of each LaTeX space, in em."""
+"""Maps each LaTeX space to its width in em."""
 
 
 class Accent(NamedTuple):

@@ -27,11 +27,11 @@ MAX_ROWS = LIMITS["matrix_rows"]
 """Maximum number of rows of diag(…), and of a matrix typed as several lists in a row, such as [a, b][c, d]."""
 
 _CALL_MEANINGS: dict[str, str] = VOCABULARY["call_meanings"]
-"""The meaning of each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq."""
+"""Maps each SymPy, NumPy or Python call that is not a function of numbers, such as Matrix and Eq, to its meaning."""
 _TWO_ARGUMENT_MEANINGS = ("eq", "in", "/", "^")
 """Meanings of calls that need exactly two arguments."""
 _BINDING_CALLS: dict[str, str] = VOCABULARY["binding_calls"]
-"""Calls with a variable of their own, such as Derivative and Lambda."""
+"""Maps each call with a variable of its own, such as Derivative and Lambda, to the meaning of the call."""
 _OPERATOR_WORDS: list[str] = VOCABULARY["operator_words"]
 """Names that are operators, as in "a and b" or "0 mod pi", and so are not factors of a product."""
 
@@ -50,7 +50,7 @@ _OR_WORDS = ("or", "|")
 """Words for "or" that may follow a comma between two conditions, but not a comma between two entries of a vector."""
 
 _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
-"""For each opening bracket its closing bracket and the meaning of its content."""
+"""Maps each opening bracket to its closing bracket and to the kind of its content (`parse_bracket`)."""
 _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
 
 
@@ -95,7 +95,10 @@ def _describe_position(text: str, position: int) -> str:
 
 
 class _Parser:
-    """An operator-precedence parser that limits the nesting depth, so that no text can exhaust the stack."""
+    """A recursive-descent parser that limits the nesting depth, so that no text can exhaust the stack.
+
+    There is one method for each level of precedence, from `parse_disjunction` to `parse_primary`.
+    """
 
     def __init__(self, text: str, known_symbols: frozenset[str]) -> None:
         self.text, self.known_symbols = text, known_symbols
@@ -369,6 +372,7 @@ class _Parser:
         return is_negative
 
     def parse_product(self) -> Node:
+        """Parse factors and divisors, also factors without a sign between them, as in 2 a1 cos(theta1)."""
         node = self.parse_power()
         divisor_end = -1  # the index of the token after a divisor that is a single name; -1 if there is none
         while True:
@@ -544,6 +548,7 @@ class _Parser:
         return self.make_dictionary(items) if any(item.kind == "pair" for item in items) else Node(kind, tuple(items))
 
     def parse_name(self, typed_name: str) -> Node:
+        """Return the tree of a name that has been skipped: a call, a value, or a product of symbols and functions."""
         if len(typed_name) > names.MAX_NAME_LENGTH:
             raise self.make_error(f"a name of {len(typed_name)} characters is not a symbol")
         if typed_name.endswith(".diff") and self.peek() == "(":  # theta1.diff(t)
@@ -686,6 +691,8 @@ _PI_NAMES = tuple(VOCABULARY["before_whole_numbers"])
 _FACTORS_BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
 """Names that are a factor of the bracket after them, because no function has these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
+"""Maps each unit to the text that converts the number before it to SI units: "/100" for cm, "*pi/180" for deg, or
+""."""
 _UNIT_OPERATORS = ("/", "^", "**")
 _TOKENS_AFTER_FACTOR = ("*", "(", *_UNIT_OPERATORS)
 """Tokens after a name that show that the name is a factor, not a unit at the end of a product."""
@@ -701,11 +708,11 @@ def _is_value(node: Node) -> bool:
 
 
 def _convert_unit(value: Node, unit: str) -> Node:
-    """Return a value converted to metres or radians."""
-    factor = _UNITS[unit]
-    if factor.startswith("/"):
-        return Node("/", (value, make_number(int(factor[1:]))))
-    return _make_call("radians", (value,)) if factor else value
+    """Return a value converted to SI units."""
+    conversion = _UNITS[unit]
+    if conversion.startswith("/"):
+        return Node("/", (value, make_number(int(conversion[1:]))))
+    return _make_call("radians", (value,)) if conversion else value
 
 
 def _transpose(matrix: Node) -> Node:

@@ -128,7 +128,7 @@ _DERIVATIVE_SIZES: dict[str, Callable[..., Any]] = {
     "sec": lambda x: np.sin(x) / np.cos(x) ** 2, "csc": lambda x: np.cos(x) / np.sin(x) ** 2,
     "acot": lambda x: 1 / (1 + x * x), "sign": np.zeros_like,
 }  # fmt: skip
-"""The derivative of each function, up to its sign. It is the factor by which an error of the argument is multiplied."""
+"""Maps each function to its derivative, up to the sign, which is the factor by which an error of the argument grows."""
 
 StepResult = tuple[np.ndarray, np.ndarray]
 """The values (points,) of a step, complex, and their magnitudes (points,)."""

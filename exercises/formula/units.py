@@ -50,7 +50,7 @@ _SI_SYMBOLS: dict[tuple[int, ...], str] = {
     (0, 1, 0): "m", (0, 0, 0): "rad", (0, 0, 1): "s", (1, 0, 0): "kg", (1, 1, -2): "N", (1, 2, -2): "N m",
     (1, 2, -3): "W", (0, 0, -1): "rad/s", (0, 1, -1): "m/s",
 }  # fmt: skip
-"""The SI unit of each dimension of a base unit."""
+"""Maps each dimension of a unit in the vocabulary to the SI unit."""
 _SI_NAMES = {"m", "rad", "s", "kg", "N", "Nm", "J", "W"}
 """Names of SI units, which `convert_to_si` leaves unchanged."""
 

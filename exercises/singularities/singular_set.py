@@ -35,7 +35,7 @@ _TRIG_ROOTS: dict[tuple[type[sp.Expr], int], tuple[sp.Expr, ...]] = {
     (sp.sin, 0): (sp.S.Zero, sp.pi), (sp.sin, 1): (sp.pi / 2,), (sp.sin, -1): (-sp.pi / 2,),
     (sp.cos, 0): (sp.pi / 2, -sp.pi / 2), (sp.cos, 1): (sp.S.Zero,), (sp.cos, -1): (sp.pi,),
 }  # fmt: skip
-"""The angles at which a sine or cosine is 0, 1 or -1."""
+"""Maps sine or cosine and one of its values 0, 1 and -1 to the angles at which it has this value."""
 
 Joints = tuple[sp.Symbol, ...]
 """The joint variables of an arm."""

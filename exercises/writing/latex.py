@@ -3,9 +3,9 @@
 import math
 import re
 from collections.abc import Sequence
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import combinations_with_replacement
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import sympy as sp
 
@@ -303,15 +303,16 @@ def lay_out(
     has_halves: bool = False,
 ) -> Layout:  # fmt: skip
     """Return the layout of an expression or matrix in the textbook's notation, with the names of `angles`."""
-    options: tuple[Any, ...] = ((), (), has_halves)
-    if chain is not None:
-        lengths = list_numeric_lengths(chain)
-        options = list_prismatic_joints(chain), lengths, has_halves and not lengths
+    lengths = list_numeric_lengths(chain) if chain is not None else ()
+    prismatic_numbers = list_prismatic_joints(chain) if chain is not None else ()
+    lay_out_entry = partial(
+        _lay_out_scalar, prismatic_numbers=prismatic_numbers, lengths=lengths, has_halves=has_halves and not lengths
+    )
     named_expression = sp.sympify(expression if angles is None else angles.use_names(sp.sympify(expression)))
     if not isinstance(named_expression, sp.MatrixBase):
-        return make_row(*_lay_out_scalar(named_expression, *options))
+        return make_row(*lay_out_entry(named_expression))
     rows = named_expression.tolist()
-    return make_row(layout.make_matrix([[_lay_out_scalar(entry, *options) for entry in entries] for entries in rows]))
+    return make_row(layout.make_matrix([list(map(lay_out_entry, entries)) for entries in rows]))
 
 
 def list_prismatic_joints(chain: Chain) -> tuple[str, ...]:

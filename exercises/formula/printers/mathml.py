@@ -166,7 +166,7 @@ _TEMPLATES = {
     **{name: f"<mover>{{}}<mo>{_escape_char(accent.sign)}</mo></mover>" for name, accent in ACCENTS.items()},
     "underline": "<munder>{}<mo>_</mo></munder>",
 }  # fmt: skip
-"""Fractions, roots and accents by their LaTeX command."""
+"""Maps the LaTeX command of each fraction, root and accent to its MathML."""
 _BROWSER_TEMPLATES = {
     **{name: _TEMPLATES[name].replace("<mover>", '<mover accent="true">') for name in ACCENTS},
     **{
