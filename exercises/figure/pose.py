@@ -3,8 +3,8 @@
 A pose is given by the table entries of the joints, theta_i or d_i with the offset, because a figure shows these
 entries. The candidate poses of an arm get a score. If a pose is given, the view is chosen instead: the usual view is
 rotated about the vertical axis, so that the drawing stays upright. `drawn_chain` is the arm with the lengths for the
-drawing. In shapes of arrays, k is the number of poses or views. The weights of scores were chosen by looking at many
-figures.
+drawing. In shapes of arrays, k is the number of poses or views. The weights of scores, and the sizes in pixels that
+earn a full score, were chosen by looking at many figures.
 """
 
 import itertools
@@ -149,6 +149,7 @@ def list_candidate_poses(chain: Chain, drawn_chain: Chain) -> np.ndarray:
     # The angles are positive, because readers take the arrow of an arc for the positive direction.
     angles_in_degrees = (40, 50, 33, 65, 115, 130) if is_drawn_flat(chain) else (40, 60, 30, 70, 115, 130, 145, 155)
     length_factors = (1.7, 2.0) if chain.is_planar else (1.3, 1.0, 1.7) if is_drawn_flat(chain) else (1.0, 0.75, 0.55)
+    # extensions of prismatic joints are multiples of the longest length
     angles, extensions = np.radians(angles_in_degrees), unit * np.array(length_factors)
     choices = [angles if joint.is_revolute else extensions for joint in chain.joints]
     indices = _choose_value_indices(tuple(map(len, choices)))

@@ -92,6 +92,7 @@ def _convert_elements(parent: ET.Element, frame: _GroupFrame, outer_attributes: 
 
 
 def _transform_frame(frame: _GroupFrame, transform: str) -> _GroupFrame:
+    """Return the coordinates of a group inside `frame`, given the group's SVG attribute `transform`."""
     if not transform:
         return frame
     match = re.fullmatch(r"translate\(([-\d.]+) ([-\d.]+)\) scale\(([\d.]+)\)", transform)
@@ -102,6 +103,7 @@ def _transform_frame(frame: _GroupFrame, transform: str) -> _GroupFrame:
 
 
 def _list_tikz_options(attributes: Mapping[str, str], frame: _GroupFrame) -> tuple[str, ...]:
+    """Return the TikZ options that stand for the SVG attributes of a shape in a group."""
     scale = POINTS_PER_PIXEL * frame.scale
     colours = {"fill": attributes.get("fill", "none"), "draw": attributes.get("stroke", "none")}
     options = [f"{name}={_write_color(colour)}" for name, colour in colours.items() if colour != "none"]
@@ -125,6 +127,7 @@ def _write_color(code: str) -> str:
 
 
 def _convert_text(element: ET.Element, attributes: Mapping[str, str], frame: _GroupFrame) -> LatexLine:
+    """Return a text element as a line of runs; the SVG attribute `dy` lowers a run and all runs after it."""
     runs: list[LatexRun] = []
     lowered_by, scale = 0.0, POINTS_PER_PIXEL * frame.scale
     for run in element if len(element) else (element,):

@@ -84,6 +84,7 @@ class Domain:
 
 
 def _as_fraction(number: float | Fraction) -> Fraction | None:
+    """Return a number of a problem as an exact fraction; None for a root, which is known only as a double."""
     if isinstance(number, Fraction):
         return number
     return None if count_digits(Fraction(repr(number))) >= ROOT_DIGITS else Fraction(repr(number))
@@ -220,6 +221,7 @@ def compare_entries(
     if not all(is_correct):
         double_names = {name for name, value in fixed_values.items() if value is None}
         allowances = [_find_allowed_errors(node, rounding, double_names) for node in entries]
+        # the exact verdict is final, unless an allowed error may excuse a difference
         is_certain = [
             bool(result.is_equal) or (result.is_equal is False and not any(allowance))
             for result, allowance in zip(exact_results, allowances, strict=True)

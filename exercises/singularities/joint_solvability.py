@@ -23,7 +23,7 @@ the product of the polynomials' degrees, which bounds the number of zeros."""
 _SMALLEST_PRIME, _PRIME_SEARCH_LENGTH = 10**9, 20_000
 """The smallest number that is tried as the prime, and the number of successive numbers that are tried."""
 _ANGLE_PARTS = 36 * 10**12
-"""The number of equal parts of a symbolic angle and of a radian; constant angles must be multiples of a part.
+"""A symbolic angle and a radian are divided into this many parts; constant angles must be whole multiples of a part.
 
 The residues for the cosine and the sine of one part determine those of its multiples. The sine and the cosine of a
 rational number of radians are transcendental, so random residues can represent them.

@@ -375,14 +375,15 @@ def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part]
             yield event
             continue
         name, blocks = next(names), list[str]()
-        title, remark = "Remarks", event.test_remark if name == "test" else ""
-        if name == SECTIONS[-1]:
+        if name == "test":
+            title, remark = "Remarks", event.test_remark
+        else:
             yield "the singular configurations, step by step"
             section = _render_singular_section(chain, robot, event, parts, explained_terms)
             blocks.append(section)
             number += 1 if section else 0
-            test_title = "Remarks" if event.components is None else "Numeric test"
-            title, remark = test_title if section else "Singular configurations", event.remark
+            title_after_section = "Remarks" if event.components is None else "Numeric test"
+            title, remark = title_after_section if section else "Singular configurations", event.remark
         if remark:
             blocks.append(f"## {number}. {title}\n\n{remark}\n")
             number += 1

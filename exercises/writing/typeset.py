@@ -272,6 +272,7 @@ def _find_degrees(node: Node) -> Node | None:
 
 
 def _typeset_number(node: Node) -> _Operand:
+    """Return a typeset number; a very large or very small decimal has a power of ten."""
     value: Fraction = node.value
     if node.kind == "number" and value.denominator != 1:
         return _Operand((make_numeric_fraction(value.numerator, value.denominator),), _FACTOR)

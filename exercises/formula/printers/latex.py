@@ -112,6 +112,7 @@ def _print_piece(piece: Layout) -> str:
 
 @lru_cache(maxsize=2048)
 def _print_script(base_piece: Layout, subscript: Layout, superscript: Layout) -> str:
+    """Return a base with its scripts; a prime at the start of the superscript becomes an apostrophe."""
     superscript_pieces = list_row_pieces(superscript)
     has_text = bool(superscript_pieces) and superscript_pieces[0].text != ""
     prime_count = PRIMES.find(superscript_pieces[0].text) + 1 if has_text else 0
