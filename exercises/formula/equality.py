@@ -2,7 +2,7 @@
 
 Rational functions of lengths, sines and cosines are compared exactly (`exact`), with a bound on the chance of a wrong
 verdict. Other expressions (square roots, inverse functions, absolute values, decimals in a sine) are compared
-numerically at many random points, each of which has a value for each symbol.
+numerically at many random points. A point consists of a value for each symbol.
 
   - Double precision is used only to find differences much larger than any rounding error.
   - Whether two values are equal is decided with 50 digits, at one or more points of every sampled region. A region is a
@@ -57,11 +57,17 @@ errors of many steps add up."""
 class Domain:
     """The range from which each symbol is sampled.
 
-    The role of a symbol is a kind of random value, a fixed number, or an array with one number for each point. The
-    kinds are "angle" (whole circle), "length" and "positive" (positive numbers), "signed" (positive or negative), and
-    "travel" (the value of a prismatic joint in metres, positive or negative, within the reach of any arm). An
-    irrational number (a root) is given as a double. Any other double stands for the decimal as which it is printed. The
-    names in `unlisted_names` belong to other parts of the problem and are left out of messages that list the symbols.
+    The role of a symbol is a kind of random value, a fixed number, or an array with one number for each point. These
+    are the kinds of random values:
+
+    - "angle": from the whole circle.
+    - "length", "positive": positive numbers.
+    - "signed": positive or negative numbers.
+    - "travel": values of a prismatic joint in metres, positive or negative, within the reach of any arm.
+
+    An irrational number (a root) is given as a double. Any other double stands for the decimal as which it is printed.
+    The names in `unlisted_names` belong to other parts of the problem and are left out of messages that list the
+    symbols.
     """
 
     roles: Mapping[str, str | float | Fraction | np.ndarray]
@@ -209,8 +215,9 @@ def compare_entries(
     `seed` determines the random points, so nobody may know it before the answer is submitted. Raises ParseError for an
     entry that is not a scalar.
     """
-    may_have_tiny_terms = any(remove_noise(node) is not node for node in reference_entries)
-    entries = student_entries if may_have_tiny_terms else [remove_noise(node) for node in student_entries]
+    # if the reference has tiny terms, those of the answer may be meant, too
+    reference_has_tiny_terms = any(remove_noise(node) is not node for node in reference_entries)
+    entries = student_entries if reference_has_tiny_terms else [remove_noise(node) for node in student_entries]
     student_program, reference_program = compile_program(entries), compile_program(reference_entries)
     fixed_values = domain.list_fixed_values()
     exact_results = exact.compare(student_program, reference_program, fixed_values, seed)

@@ -1,10 +1,10 @@
 """Decide exactly whether two expressions are the same rational function of lengths, sines and cosines.
 
-Each angle theta is represented by a number w = exp(i theta / 8). The sine or cosine of an angle, of half, a quarter or
-an eighth of an angle, or of a sum of these and of multiples of a quarter of a degree, is a quotient of polynomials in
-such numbers w, with coefficients in the field of the 1440th roots of unity. The same is true of sums, products,
-quotients and integer powers of such sines, cosines and symbols. Two such functions n1/d1 and n2/d2 are equal if and
-only if N = n1 d2 - n2 d1 is the zero polynomial.
+Each angle theta is represented by a number w = exp(i theta / 8). An argument of a sine or cosine is a sum of angles,
+halves, quarters and eighths of angles, and multiples of a quarter of a degree. Then the sine or cosine is a quotient of
+polynomials in such numbers w, with coefficients in the field of the 1440th roots of unity. The same is true of sums,
+products, quotients and integer powers of such sines, cosines and symbols. Two such functions n1/d1 and n2/d2 are equal
+if and only if N = n1 d2 - n2 d1 is the zero polynomial.
 
 Modulo a prime p = 1 (mod 1440), the integers contain 1440th roots of unity, so the functions can be evaluated without
 rounding. The system's random generator chooses a prime and a root for several answers at a time. The point is chosen
@@ -12,7 +12,7 @@ after the answer is known. If the two values differ, the functions differ for ce
 still agree in two cases:
 
   - The prime ideal of p that belongs to the root divides a nonzero coefficient of N. The coefficient is an algebraic
-    integer of norm at most 2^(384 height), where height is the binary logarithm of the sum of the sizes of all
+    integer of norm at most 2^(384 height). The height is the binary logarithm of the sum of the sizes of all
     coefficients. Each ideal has the norm p > 2^80, so at most 384 height / 80 of the 384 PRIME_COUNT ideals divide it.
   - The point is a zero of N modulo p. At most the fraction degree / (p - 1) of all points are zeros (Schwartz, Zippel).
 

@@ -104,8 +104,8 @@ def _contains_trig_or_motion(term: sp.Expr) -> bool:
 class Product:
     """A product: whether it is negative, its absolute numeric factor, and the factors in its numerator and denominator.
 
-    The sums in `flipped_sums` are printed with the opposite signs, so that no bracket starts with a minus, and a sum
-    has the same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x +
+    The sums in `flipped_sums` are printed with the opposite signs. Then no bracket starts with a minus, and a sum has
+    the same signs in all entries of a matrix. Only a sum of velocities may start with a minus, as in (-s_1 v_x +
     c_1 v_y)/a_1.
     """
 

@@ -214,7 +214,7 @@ def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node]
     """Return whether a quotient surely vanishes at almost all zeros of each of its factors, and only there.
 
     For example, tan(theta1)*cos(theta1) and 0*sin(theta1) do not. Each divisor must be a joint variable, or the sine or
-    cosine of a sum of joint variables, and must differ from zero at almost all zeros of the factors.
+    cosine of a sum of joint variables. It must differ from zero at almost all zeros of the factors.
     """
     are_defined = all(find_names(factor) & joints and _is_defined_everywhere(factor, joints) for factor in factors)
     pairs = product(divisors, factors)
@@ -294,7 +294,7 @@ def _list_whole_number_cases(node: Node) -> list[Node]:
 def solve_for_angle(atom: Atom, angles: Collection[str]) -> Atom:
     """Return a sum of angles that vanishes, such as theta1 + theta2, as a value of one angle: theta1 = -theta2.
 
-    Values of an angle that differ by 2 pi are equal, so theta1 + theta2 may be any multiple of 2 pi, but 2 theta1 = pi
+    Values of an angle that differ by 2 pi are equal. So theta1 + theta2 may be any multiple of 2 pi; but 2 theta1 = pi
     means only pi/2. If no angle can be isolated, as in 2 theta1 + 3 theta2, the sine of half the sum vanishes instead.
     Other atoms are returned unchanged.
     """

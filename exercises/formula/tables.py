@@ -2,7 +2,7 @@ r"""Convert tables to lists.
 
 A table has rows on separate lines, with tabs or gaps between entries, or is typed as in Matlab, [a b; c d]. These
 separators may have another meaning: a sum may continue on the next line, and a space may be a product. So a text is
-parsed as a table only if it does not have the expected shape otherwise, and every row must have the expected number of
+parsed as a table only if it does not have the expected shape otherwise. Every row must have the expected number of
 entries.
 """
 

@@ -88,7 +88,8 @@ def sample_condition(
     The lengths and configurations are determined by `seed`.
     """
     samples_by_arm: list[list[Sample]] = [[] for _ in range(arm_count)]
-    # an arm may be at the boundary with extended prismatic joints, but not with retracted ones
+    # An arm may be at the boundary with extended prismatic joints, but not with retracted ones. So every second arm is
+    # sampled with the wider range "travel".
     roles = ((0, "signed"), (1, "travel")) if chain.prismatic_joints else ((0, "signed"),)
     for first_arm, role in roles:
         stream = Stream(f"{seed}/{condition}/{first_arm}")
@@ -126,7 +127,7 @@ def _sample_piece(
     `lengths` are the lengths (m) of each arm, and `role` is the range of prismatic joints (`make_domain`). The
     configurations are computed for all arms at once.
     """
-    joints, start_count = [q.name for q in chain.q], 3 * samples_per_arm
+    joints, start_count = [q.name for q in chain.q], 3 * samples_per_arm  # some starts lead to no configuration
     names = [symbol.name for symbol in chain.parameters]
     values_by_name = {name: np.repeat([values[name] for values in lengths], start_count) for name in names}
     values_by_name[_ARM_KEY] = np.repeat(np.arange(len(lengths)), start_count)

@@ -198,9 +198,9 @@ def make_zero_test(chain: Chain, substitute_values: Callable[[sp.Expr], sp.Expr]
 def _substitute_values(derivation: Derivation, zeros: Zeros) -> Iterator[tuple[tuple[sp.Expr, ...], bool]]:
     """Yield each conjunction with the arm's numbers, and whether its conditions can hold simultaneously.
 
-    If the conditions can hold simultaneously for the symbolic arm, they are not tested again with the arm's numbers. If
-    a conjunction has more conditions than are needed to lower the rank of J, conditions that follow from the others are
-    dropped, provided that they also follow with the arm's numbers.
+    If the conditions can hold simultaneously for the symbolic arm, they are not tested again with the arm's numbers. A
+    conjunction may have more conditions than are needed to lower the rank of J. Then conditions that follow from the
+    others are dropped if they also follow with the arm's numbers.
     """
     chain, joints = derivation.chain, derivation.symbolic_joints
     needed_count = abs(chain.n - len(chain.task)) + 1

@@ -1,7 +1,7 @@
 """Find out whether a singular configuration is a boundary or an internal singularity.
 
-At a singular configuration, J cannot produce a direction u (u J = 0), and a joint motion k does not move the task (J k
-= 0). To second order, the arm moves by u . (dJ/dk k) along u. If this product has the same sign for all k, small
+At a singular configuration, J cannot produce a direction u: u J = 0. A joint motion k does not move the task: J k = 0.
+To second order, the arm moves by u . (dJ/dk k) along u. If this product has the same sign for all k, small
 motions reach only one side of a surface, at which the workspace folds. If no other configuration reaches the far side
 either, the singularity is at the boundary of the workspace. In all other cases, also if the second-order motion is
 zero, the singularity is internal. Joint travel is unlimited, as in the chapter. The *workspace* consists of all values
@@ -241,8 +241,8 @@ class _Bending:
     """The changes of the Jacobians of k samples along joint motions that do not move the task.
 
     - `joint_motions`: s joint motions for each sample, k x s x n.
-    - `jacobian_changes`: for each of these motions, the difference between the task Jacobians after a step of
-      _DIFFERENCE_STEP along the motion and after a step back, k x s x m x n.
+    - `jacobian_changes`: the change of the task Jacobian from a step backward along each of these motions to a step
+      forward, k x s x m x n. The length of the steps is _DIFFERENCE_STEP.
     """
 
     joint_motions: np.ndarray
