@@ -43,8 +43,8 @@ MIN_SAMPLE_COUNT = 4
 DIFFERENCE_STEP = 1e-3
 """Step of a joint variable (rad or m) for finite differences."""
 TRIED_ANGLES, TRIED_DISPLACEMENTS = np.linspace(0, 2 * np.pi, 73)[1:-1], np.linspace(-2, 2, 81)
-"""The rotations (rad, every 5°) and displacements (m) of a joint that are tried. They show whether P can be farther from
-an axis, or nearer to it, than at a sample."""
+"""The rotations (rad, every 5°) and displacements (m) of a joint that are tried. They show whether P can be farther
+from an axis, or nearer to it, than at a sample."""
 
 
 @dataclass(frozen=True)
