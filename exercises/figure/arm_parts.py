@@ -1,6 +1,6 @@
 """Draw the parts of an arm: links, joints, ground, joint angles and lengths of prismatic joints.
 
-Joint i rotates about z_{i-1} or slides along z_{i-1}. The glyph of a joint is its symbol, a cylinder or a sleeve. Each
+Joint i rotates about z_{i-1} or moves along z_{i-1}. The glyph of a joint is its symbol, a cylinder or a sleeve. Each
 glyph lies on the joint's axis, at a distance from the other glyphs.
 """
 

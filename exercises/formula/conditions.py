@@ -459,10 +459,11 @@ def compare_sets(
 
     `seed` determines the random configurations.
     """
-    claimed_union, reference_union = (
-        [tuple(set_parser.solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces]
-        for pieces in (claimed_pieces, reference_pieces)
-    )
+
+    def solve_for_angles(pieces: Sequence[Piece]) -> list[Piece]:
+        return [tuple(set_parser.solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces]
+
+    claimed_union, reference_union = solve_for_angles(claimed_pieces), solve_for_angles(reference_pieces)
     used_names = space.collect_names([claimed_union, reference_union])
     counts: list[int] = []
     is_only_rounded = False

@@ -44,8 +44,11 @@ class _CodePrinter(StrPrinter):
     def _print_sum(self, expr: sp.Expr, flip_signs: bool = False) -> str:
         code = ""
         for is_negative, term in order.order_terms(expr, flip_signs):
-            sign = (" - " if is_negative else " + ") if code else "-" if is_negative else ""
-            code += sign + self._print_unsigned(term)
+            if code:
+                code += " - " if is_negative else " + "
+            elif is_negative:
+                code = "-"
+            code += self._print_unsigned(term)
         return code
 
     def _print_Mul(self, expr: sp.Mul) -> str:
