@@ -30,6 +30,7 @@ from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.vectors import cross, rot_x, rot_z
 
 Z = sp.Matrix([0, 0, 1])
+"""The z axis of a frame, in the frame's own coordinates."""
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.mpmath_kinematics import FLOAT_CONTEXT, MpmathArm, Vector, solve_linear
 
 Values = Mapping[sp.Symbol, sp.Expr]
+"""Maps symbolic lengths or joint variables to their values."""
 MAX_ITERATIONS = 12
 """Maximum number of Newton steps."""
 MAX_JUMP = 0.3

@@ -130,7 +130,7 @@ def _convert_text(element: ET.Element, attributes: Mapping[str, str], frame: _Gr
     """Return a text element as a line of runs; the SVG attribute `dy` lowers a run and all runs after it."""
     runs: list[LatexRun] = []
     lowered_by, scale = 0.0, POINTS_PER_PIXEL * frame.scale
-    for run in element if len(element) else (element,):
+    for run in element if len(element) else (element,):  # its tspan elements, or its only text
         lowered_by += float(run.get("dy", 0))
         size = scale * float(run.get("font-size", attributes.get("font-size", 15)))
         latex = _to_latex(run.text or "", run.get("font-style") == "italic")

@@ -112,6 +112,7 @@ class ModularProgram:
 
 
 _UNIT_SIZE = Size(0.0, 0.0)
+"""The size of a number whose absolute value is 1, such as i."""
 _MAX_SIZE = 1e15
 """Maximum degree and height of a function that is evaluated."""
 

@@ -19,10 +19,14 @@ _COMMANDS = {
     **{name: Layout("function", name) for name in SYMBOLS["functions"]},
     **{name: Layout("space", name) for name in SPACES},
 }
+"""Maps each command without arguments to its layout."""
 _ONE_ARGUMENT_COMMANDS = {"sqrt": "root", **dict.fromkeys(ACCENTS, "accent")}
+"""Maps each command with one argument to the kind of its layout."""
 _TABLES: dict[str, str] = SYMBOLS["tables"]
+"""Maps each environment for a matrix to the matrix's brackets."""
 _UPRIGHT_TEXT_COMMANDS = ("text{", "textrm{", "mathrm{")
 _DELIMITERS = {sign: sign for sign in "()[]|./<>"} | {f"\\{name}": char for name, char in SIGNS.items()}
+"""Maps the LaTeX of each bracket after \\left or \\right to its character."""
 _SIZE_COMMANDS = frozenset((
     *(r"\displaystyle", r"\textstyle", r"\limits", r"\nolimits", r"\middle"),
     *(f"\\{size}{side}" for size in ("big", "Big", "bigg", "Bigg") for side in ("", "l", "r", "m")),
@@ -39,6 +43,7 @@ _GROUP_COMMANDS = r"text|textrm|operatorname\*?|begin|end"
 _TOKEN = re.compile(
     rf"\\(?:{_GROUP_COMMANDS})\{{[^{{}}]*\}}|\\mathrm\{{[^{{}}\\^_]*\}}|\\[a-zA-Z]+|\\\\(?:\[\d+pt\])?|\\.|\d+(?:(?:\.|\{{,\}})\d+)?|\S"
 )
+"""Matches a command, with its text if it is a text command, a line break, a number or any other character."""
 MARKDOWN_FORMULA = re.compile(r"```.*?```|`[^`]+`|(?<!\\)\$\$(.+?)\$\$|(?<!\\)\$([^$]+?)\$", re.DOTALL)
 """Matches a formula in Markdown: its first group if the formula is displayed, else its second group.
 

@@ -51,10 +51,12 @@ class Layout(NamedTuple):
 
 Pieces = tuple[Layout, ...]
 EMPTY = Layout("row")
+"""A row without pieces, as in a script without superscript."""
 DEGREE = Layout("sign", "∘")
 MINUS, PLUS, EQUALS, COMMA, DOT = (Layout("sign", sign) for sign in "−+=,⋅")
 THIN, QUAD, QQUAD = (Layout("space", name) for name in (",", "quad", "qquad"))
 _PIECES_BEFORE_NUMBER_SIGN = frozenset(Layout("sign", sign) for sign in "([{=≠<>≤≥≈∈×⋅→/,;")
+"""Pieces after which a plus or minus is the sign of a number."""
 
 
 def make_row(*pieces: Layout) -> Layout:

@@ -7,6 +7,7 @@ METRE = "m"
 _NUMBER_KINDS = ("number", "decimal")
 _WHOLE_NUMBER_NAMES: list[str] = VOCABULARY["whole_numbers"]
 _INVERSES = (*VOCABULARY["inverses"].values(), "atan2")
+"""Inverse trigonometric functions, whose values are angles."""
 
 
 def remove_metres(tree: Node) -> Node:

@@ -14,6 +14,7 @@ from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, SPACES, VOCABULA
 MAX_NESTING = LIMITS["latex_depth"]
 _MAX_LATEX_LENGTH = LIMITS["latex_characters"]
 _LONG_TEXT_LENGTH, _MIN_COUNTED_TERMS = LIMITS["long_text"], LIMITS["counted_terms"]
+"""Minimum length of a text, and minimum number of terms of a sum in it, to combine equal terms."""
 
 _LOOK_ALIKES = str.maketrans(
     VOCABULARY["look_alikes"] | {chr(ord(zero) + k): str(k) for zero in VOCABULARY["zeros"] for k in range(10)}
@@ -23,6 +24,7 @@ marks."""
 _SUPERSCRIPT_CHARACTERS: dict[str, str] = VOCABULARY["superscripts"]
 _SUPERSCRIPT_PATTERN = re.compile(f"[{''.join(_SUPERSCRIPT_CHARACTERS)}]+")
 _SIGN_TABLE = str.maketrans(VOCABULARY["signs"])
+"""Maps typographic signs, such as ·, to the text that the grammar parses."""
 
 _UNITS: dict[str, str] = VOCABULARY["units"]
 """Maps each unit to the text that converts the number before the unit to SI units, such as /100 for cm."""
@@ -218,6 +220,7 @@ _COMMANDS: dict[str, str] = {
     **_LATEX["words"], **dict.fromkeys(_LATEX["spaces"], " "), **dict.fromkeys(_LATEX["nothing"], ""),
     **{brace: brace for brace in _LATEX["braces"]},
 }  # fmt: skip
+"""Maps LaTeX commands without arguments to their plain text."""
 _CONTINUATIONS = ("", "=", "+", "-", "*", "/", ")", "]", *_LATEX["row_ends"])
 """Tokens that, after \\\\ or &, continue the same statement."""
 

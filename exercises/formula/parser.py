@@ -22,7 +22,9 @@ from qdot.exercises.formula.trees import Node, ParseError, combine_from_left, fi
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 
 MAX_DEPTH = LIMITS["depth"]
+"""Maximum depth of nested brackets, bars, functions or powers."""
 MAX_LENGTH, MAX_PLUS_MINUS_SIGNS = LIMITS["characters"], LIMITS["plus_minus_signs"]
+"""Maximum number of characters of an answer, and of ± signs in it."""
 MAX_ROWS = LIMITS["matrix_rows"]
 """Maximum number of rows of diag(…), and of a matrix typed as several lists in a row, such as [a, b][c, d]."""
 
@@ -39,6 +41,7 @@ _TOKEN = re.compile("|".join(
     f"(?P<{kind}>{VOCABULARY['patterns'][name]})"
     for kind, name in (("space", "between_tokens"), ("number", "number"), ("name", "name"), ("op", "operator"))
 ))  # fmt: skip
+"""Matches a token; the name of the group that matches is the token's kind."""
 
 _TOKENS_OUTSIDE_BARS = ("=", "==", ",", ";", ":", "&")
 """Tokens that occur inside an absolute value such as |a1| only if they are in brackets."""
@@ -52,6 +55,7 @@ _OR_WORDS = ("or", "|")
 _BRACKETS = {"(": (")", "group"), "[": ("]", "list"), "{": ("}", "set")}
 """Maps each opening bracket to its closing bracket and to the kind of its content (`parse_bracket`)."""
 _DEPTH_CHANGES = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
+"""Maps each bracket to the change of the depth at the bracket."""
 
 
 class _Token(NamedTuple):

@@ -7,8 +7,10 @@ from qdot.exercises.formula.trees import ONE, Node, ParseError, combine_from_lef
 from qdot.exercises.formula.vocabulary import LIMITS, VOCABULARY
 
 Rows = list[list[Node]]
+"""The rows of a matrix."""
 
 _OPERATIONS = {"+": "sum", "-": "difference", "*": "product", "/": "quotient", "^": "power", "neg": "negative"}
+"""Maps each operation on matrices to its name in messages."""
 _MAX_NODES = LIMITS["nodes_of_results"]
 """Maximum number of nodes of all results together, because the entries of a product grow with each factor."""
 _MAX_INVERTED_ROWS = 3

@@ -323,6 +323,7 @@ def evaluate_precisely(program: Program, values: Mapping[str, Any], digits: int)
 
 
 PRECISE_DIGITS = 50
+"""The number of digits of a precise evaluation."""
 PRECISE_TOLERANCE = 1e-40
 """Values with PRECISE_DIGITS digits count as equal if their difference, relative to the size of the terms, is
 smaller."""

@@ -31,6 +31,7 @@ WHOLE_NUMBER_NAMES: tuple[str, ...] = tuple(VOCABULARY["whole_numbers"])
 WHOLE_NUMBER_VALUES = tuple(make_number(k) if k >= 0 else -make_number(-k) for k in range(-6, 7))
 """The whole numbers from -6 to 6."""
 _MAX_PIECES = 500
+"""Maximum number of pieces of a set, so that a product of alternatives can't use up the memory."""
 _MAX_NODES, _MAX_STEPS = 100_000, 6000
 """Maximum number of nodes after all whole numbers are inserted, and of steps of all pieces; each takes some seconds."""
 _FIXED_COST = 10
@@ -51,6 +52,7 @@ class Atom:
 
 
 Piece = tuple[Atom, ...]
+"""Atoms that hold simultaneously."""
 
 
 def parse_pieces(node: Node, joints: Sequence[str]) -> list[Piece]:

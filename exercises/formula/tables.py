@@ -13,12 +13,14 @@ from qdot.exercises.formula.notation import convert_units
 from qdot.exercises.formula.vocabulary import PATTERNS, SPACES, VOCABULARY
 
 _UNIT_FACTORS = sorted({factor for factor in VOCABULARY["units"].values() if factor})
+"""The texts that convert numbers with units, such as *pi/180."""
 MAX_TABLE_LENGTH = 4000
 """Maximum number of characters of a table."""
 
 _COMMA, _NO_SEPARATOR = re.compile(","), re.compile("(?!)")
 """Separators of entries: a comma, and a pattern that never matches, for lines with a single entry."""
 _ENTRY_SEPARATORS = (PATTERNS["gap_of_matlab"], _COMMA, PATTERNS["comma_of_list"])
+"""The separators of entries in a row, in the order in which they are tried."""
 
 _Cells = list[list[str]]
 """The texts of the entries, row by row."""

@@ -21,6 +21,7 @@ EntryNames = dict[Pieces, Pieces]
 OPERATOR_WIDTHS = {"=": 1.05, "+": 0.95, "−": 0.95, "×": 0.95, "≠": 1.05, "≈": 1.05, ",": 0.45, "det": 1.2}
 """Widths of operators, including the space around them; all widths are in em."""
 LETTER_WIDTHS = {**dict.fromkeys("mwMWOθωφψ", 0.8), **dict.fromkeys("ijlt.'|()[]", 0.33), ",": 0.45}
+"""Widths of wide and narrow letters."""
 LETTER_WIDTH, SIGN_WIDTH, SCRIPT_SCALE, COLUMN_GAP = 0.54, 0.4, 0.71, 0.85
 """The widths of other letters and signs, the size of scripts and of entries relative to the formula, and the gap
 between columns."""

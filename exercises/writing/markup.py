@@ -29,6 +29,7 @@ if TYPE_CHECKING:  # importing markdown_it is slow, and grading does not need it
     from markdown_it.tree import SyntaxTreeNode
 
 TERMINAL_WIDTH = 100
+"""Maximum width of a line in a terminal, in characters."""
 HTML_WIDTH, LATEX_WIDTH = 44.0, 38.0
 """Maximum width of formulas in em (see `line_breaking`): in HTML, for pages of 900 pixels or A4 paper, and in LaTeX."""
 _TRIED_WIDTHS = (60.0, 52.0, 45.0, 39.0, 34.0, 29.0, 25.0, 21.0, 18.0, 15.0)

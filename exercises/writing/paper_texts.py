@@ -23,6 +23,7 @@ _REMARKS_ON_TYPING = (
     (r"a text in your own words\. A person marks it\.", "a text in your own words."),
     (r"in your answers, use radians", "in answers that are formulas, use radians"),
 )
+"""(pattern, replacement) for each remark on how to type an answer."""
 _OPTION_PATTERN = re.compile(r"^- \*\*[A-H]\.\*\* .*\n?|^\$\$\n\\text\{[A-H]\.\} \\quad [^$]*\n\$\$\n?", re.MULTILINE)
 _CODE_PATTERN = re.compile(r"`([^`]*)`")
 

@@ -21,6 +21,7 @@ from qdot.exercises.writing.units import tex_unit, write_unit
 _PACKAGE_FOLDER = Path(__file__).resolve().parents[1]
 _MARKUP_EXTENSIONS = (".html.j2", ".svg.j2", ".xml.j2")
 _MARKDOWN_SYNTAX = re.compile(r"[\\`*<\[$]|~~|(?<!\w)_|_(?!\w)|&(?=#?\w+;)")
+"""Matches characters that have a meaning in Markdown."""
 
 
 def find_folder(name_in_package: str, path_in_checkout: str) -> Path | None:

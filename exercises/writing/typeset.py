@@ -39,6 +39,7 @@ _FUNCTION_NAMES = {
 """The names of functions that are not shown as typed; LaTeX has no commands for those that are texts."""
 _CONSTANTS = {"pi": "π", "E": "e", "I": "i"}
 _TALL = frozenset(("fraction", "root", "matrix"))
+"""Kinds of layouts that need tall brackets."""
 _ELEMENT_SIGN = Layout("sign", "∈")
 _AND, _OR = (Layout("text", " and "),), (Layout("text", " or "), layout.QQUAD)
 _SYMBOL_PATTERN = re.compile(r"(?:theta|alpha|beta|qd|[a-zA-Z])\d*|[vwfm][xyz]")

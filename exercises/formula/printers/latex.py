@@ -20,6 +20,7 @@ from qdot.exercises.formula.layout import (
 from qdot.exercises.formula.styles import STYLED_LETTERS
 
 _NAMES_AND_CHARACTERS = [*reversed(SIGNS.items()), *reversed(LETTERS.items())]
+"""Names of commands and their characters, reversed, so that the first name of a character is used."""
 _COMMANDS = {char: f"\\{name}" for name, char in _NAMES_AND_CHARACTERS if not char.isascii() or char in "{}%"}
 _COMMANDS |= {"−": "-"}
 _COMMANDS |= {
@@ -27,6 +28,7 @@ _COMMANDS |= {
 }
 """Maps each character that LaTeX writes with a command to its LaTeX."""
 _TABLES = {brackets: name for name, brackets in SYMBOLS["tables"].items()}
+"""Maps the brackets of a matrix to its environment."""
 _SPACED_SIGNS, _NO_SPACE_AFTER, _NO_SPACE_BEFORE = "=≠<>≤≥≈∈→⋅×±", "([{/+−", ")]},;/."
 """Signs with a space on both sides, signs without a space after them, and signs without a space before them."""
 _STAR = Layout("sign", "*")
