@@ -695,7 +695,7 @@ _PI_NAMES = tuple(VOCABULARY["before_whole_numbers"])
 _FACTORS_BEFORE_BRACKETS = ("pi", "I", *VOCABULARY["whole_numbers"])
 """Names that are a factor of the bracket after them, because no function has these names."""
 _UNITS: dict[str, str] = VOCABULARY["units"]
-"""Maps each unit to the text that converts the number before it to SI units: /100 for cm, *pi/180 for deg, none for m."""
+"""Maps each unit to the text that converts the number before it to SI units: /100 for cm, *pi/180 for deg."""
 _UNIT_OPERATORS = ("/", "^", "**")
 _TOKENS_AFTER_FACTOR = ("*", "(", *_UNIT_OPERATORS)
 """Tokens after a name that show that the name is a factor, not a unit at the end of a product."""
