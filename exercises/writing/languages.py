@@ -67,7 +67,7 @@ class Catalogue:
 
     @property
     def language(self) -> str:
-        """The name of the language, such as "de"."""
+        """The code of the language, such as "de"."""
         return ENGLISH if self.is_english else self.translations.info().get("language", "")
 
     def gettext(self, message: str, **values: object) -> str:
