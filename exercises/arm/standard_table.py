@@ -27,7 +27,7 @@ from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
-from qdot.exercises.arm.trigonometry import remove_arctangents
+from qdot.exercises.arm.trigonometry import remove_arctangents, wrap_angle
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 
@@ -224,13 +224,3 @@ def is_table_rounded(chain: Chain, axes: Sequence[Axis], point: sp.Matrix | None
         point_pose = Pose(sp.eye(3), sp.Matrix(chain.point.offset).xreplace(values))
         deviations += list((poses[chain.point.frame] @ point_pose).origin - point.xreplace(values))
     return any(abs(evaluate_entry(entry)) > EXACT_TOLERANCE for entry in deviations)
-
-
-def wrap_angle(angle: sp.Expr) -> sp.Expr:
-    """Return an angle reduced to (-pi, pi] if it is a rational multiple of pi, else expanded."""
-    expanded_angle = sp.expand(angle)
-    turns = expanded_angle / (2 * sp.pi)
-    if not turns.is_Rational:
-        return expanded_angle
-    fraction = turns - sp.floor(turns)  # at least 0 and less than 1
-    return 2 * sp.pi * (fraction if fraction <= sp.Rational(1, 2) else fraction - 1)

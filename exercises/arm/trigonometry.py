@@ -105,6 +105,20 @@ def _list_trigs(expression: sp.Expr) -> list[sp.Expr]:
     return sorted(expression.atoms(sp.sin, sp.cos), key=sp.default_sort_key)
 
 
+def wrap_angle(angle: sp.Expr) -> sp.Expr:
+    """Return a numeric angle reduced to (-pi, pi], and any other angle expanded.
+
+    >>> wrap_angle(-sp.pi), wrap_angle(sp.pi + sp.atan(2)), wrap_angle(sp.Symbol("alpha") + 2 * sp.pi)
+    (pi, -pi + atan(2), alpha + 2*pi)
+    """
+    expanded_angle = sp.expand(angle)
+    if not expanded_angle.is_number:
+        return expanded_angle
+    turns = sp.expand(expanded_angle / (2 * sp.pi))
+    exact_or_rounded = turns if turns.is_Rational else sp.N(turns, 30)
+    return sp.expand(expanded_angle - 2 * sp.pi * sp.ceiling(exact_or_rounded - sp.Rational(1, 2)))
+
+
 def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
     """Return whether two trigonometric polynomials are the same function. The result is a proof, not a test at points.
 

@@ -65,13 +65,13 @@ def solve_examples(language: str = ENGLISH) -> tuple[Example, ...]:
     arms = {"planar-2r": make_planar_2r(), "scorbot": make_scorbot_arm()}
     examples: list[Example] = []
     for entry in read_entries("examples"):
-        key, questions = entry["key"], entry["questions"]
+        key, title, questions = entry["key"], entry["title"], entry["questions"]
         titles = [catalogue.translate_question(QUESTIONS[name].title) for name in questions]
         solutions = [_write_worked_solution(arms[key], name, language) for name in questions]
         steps = tuple(zip(titles, solutions, strict=True))
         examples.append(
             Example(
-                number=entry["number"], title=catalogue.gettext(entry["title"]), key=key, arm=arms[key], steps=steps,
+                number=entry["number"], title=catalogue.gettext(title), key=key, arm=arms[key], steps=steps,
                 shows_arm=all(example.key != key for example in examples),
                 shows_singularities="singular-angles" in questions,
             )

@@ -13,7 +13,7 @@ import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.standard_table import wrap_angle
+from qdot.exercises.arm.trigonometry import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.derivation.graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix

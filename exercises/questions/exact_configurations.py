@@ -16,6 +16,7 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.kinematics import NumericChain
+from qdot.exercises.arm.trigonometry import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
@@ -199,7 +200,7 @@ def sample_regular_configuration(
             joints |= sample_false_root(roots, lengths, rng)
         if not all(_is_real(value) for value in joints.values()):
             continue
-        configuration = make_exact_configuration(chain, lengths, wrap_angles(chain, joints), keeps_formulas=True)
+        configuration = make_exact_configuration(chain, lengths, wrap_angles(joints), keeps_formulas=True)
         if compute_rank(chain, configuration, min_ratio) == compute_full_rank(chain):
             return configuration
     return None
@@ -374,7 +375,7 @@ def _sample_values_on_components(
         values = dict(rng.choice(component.list_value_combinations()))
         if any(fixed_values.get(q, value) != value for q, value in values.items()):
             return None
-        fixed_values.update(wrap_angles(chain, {q: value.xreplace(dict(lengths)) for q, value in values.items()}))
+        fixed_values.update(wrap_angles({q: value.xreplace(dict(lengths)) for q, value in values.items()}))
     if not all(_is_real(value) for value in fixed_values.values()):
         return None
     sampled_values = sample_joint_values(chain, rng)
@@ -421,7 +422,7 @@ def _sample_unrounded_values_on_components(
     for q in grid_joints:
         index = chain.q.index(q)
         if chain.joints[index].is_revolute:
-            grid_values[q] = [wrap_angle(chain, q, k * sp.pi / 6 - chain.offsets[index]) for k in range(12)]
+            grid_values[q] = [wrap_angle(k * sp.pi / 6 - chain.offsets[index]) for k in range(12)]
         else:
             grid_values[q] = [sp.Rational(k, 20) for k in range(2, 17)]  # 0.1 m to 0.8 m
     grid = np.meshgrid(*([float(value) for value in grid_values[q]] for q in grid_joints), indexing="ij")
@@ -458,7 +459,7 @@ def _sample_formulas_on_component(
         del values[solved_joint]
         zeros = _find_short_zeros(condition.xreplace(values), solved_joint, offsets[solved_joint])
         if zeros:
-            return wrap_angles(chain, {**joints, **other_angles, solved_joint: rng.choice(zeros)})
+            return wrap_angles({**joints, **other_angles, solved_joint: rng.choice(zeros)})
     return None
 
 
@@ -513,14 +514,7 @@ def _is_real(value: sp.Expr) -> bool:
     return value.is_real is True or bool(abs(sp.im(sp.N(value, DIGITS))) < ZERO)
 
 
-def wrap_angles(chain: Chain, joints: JointValues) -> JointValues:
+def wrap_angles(joints: JointValues) -> JointValues:
     """Return joint values with numeric angles wrapped to (-pi, pi]."""
-    return {q: wrap_angle(chain, q, value) for q, value in joints.items()}
-
-
-def wrap_angle(chain: Chain, joint: sp.Symbol, value: sp.Expr) -> sp.Expr:
-    """Return the value of a joint, wrapped to (-pi, pi] if it is a numeric angle."""
-    if chain.joints[chain.q.index(joint)].is_prismatic or not value.is_number or not _is_real(value):
-        return value
-    rotation_count = sp.floor((sp.pi - sp.N(value, DIGITS)) / (2 * sp.pi))
-    return sp.expand(value + 2 * sp.pi * int(rotation_count))
+    numbers = {q for q, value in joints.items() if value.is_number and _is_real(value)}
+    return {q: wrap_angle(value) if q in numbers and is_joint_angle(q) else value for q, value in joints.items()}

@@ -16,7 +16,14 @@ from qdot.exercises.arm.chain import Chain
 from qdot.exercises.arm.conventions import convention_of
 from qdot.exercises.arm.conventions.base import FRAMES, VELOCITY_NAMES
 from qdot.exercises.arm.kinematics import Z, compute_frame_after, compute_frames_and_point
-from qdot.exercises.arm.trigonometry import Factored, are_identical, count_terms, factor_trig, to_textbook_matrix
+from qdot.exercises.arm.trigonometry import (
+    Factored,
+    are_identical,
+    count_terms,
+    factor_trig,
+    to_textbook_matrix,
+    wrap_angle,
+)
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.arithmetic import determinant
@@ -124,14 +131,9 @@ def derive_blocks(chain: Chain) -> BlockDetails:
         wrist_block=wrist_block,
         expanded_wrist_determinant=wrist_block[0, 1] * wrist_block[1, 2] - wrist_block[1, 1] * wrist_block[0, 2],
         arm_factors=tuple(-factor if factor.could_extract_minus_sign() else factor for factor in joint_factors),
-        wrist_zeros=(wrap_if_numeric(-chain.offsets[4]), wrap_if_numeric(sp.pi - chain.offsets[4])),
+        wrist_zeros=(wrap_angle(-chain.offsets[4]), wrap_angle(sp.pi - chain.offsets[4])),
         has_collinear_axes=all((2 * joint.alpha / sp.pi).is_Integer for joint in chain.joints[3:5]),
     )
-
-
-def wrap_if_numeric(angle: sp.Expr) -> sp.Expr:
-    """Return an angle, reduced to (-pi, pi] if it is a number."""
-    return sp.pi - sp.Mod(sp.pi - angle, 2 * sp.pi) if angle.is_number else angle
 
 
 def _make_wrist_details(chain: Chain, rng: Stream) -> WristAxisDetails:

@@ -134,7 +134,7 @@ def make_regular_configuration(chain: Chain, joints: JointValues) -> ExactConfig
     """Return the configuration with these joint values if it is clearly regular, else None."""
     if any(value.free_symbols or not sp.N(value).is_real for value in joints.values()):
         return None
-    configuration = make_exact_configuration(chain, {}, wrap_angles(chain, joints), keeps_formulas=True)
+    configuration = make_exact_configuration(chain, {}, wrap_angles(joints), keeps_formulas=True)
     rank = compute_rank(chain, configuration, _find_clearly_regular_ratio(chain))
     return configuration if rank == compute_full_rank(chain) else None
 

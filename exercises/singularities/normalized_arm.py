@@ -11,7 +11,8 @@ from functools import lru_cache
 import sympy as sp
 
 from qdot.exercises.arm.chain import Base, Chain, is_joint_angle
-from qdot.exercises.singularities.singular_set import Component, reduce_angle
+from qdot.exercises.arm.trigonometry import wrap_angle
+from qdot.exercises.singularities.singular_set import Component
 
 
 @lru_cache(maxsize=1024)
@@ -62,4 +63,4 @@ def normalize_joint_values(chain: Chain, values: Mapping[sp.Symbol, sp.Expr]) ->
 
 
 def _shift_value(value: sp.Expr, offset: sp.Expr, joint: sp.Symbol) -> sp.Expr:
-    return reduce_angle(value + offset) if is_joint_angle(joint) else sp.expand(value + offset)
+    return wrap_angle(value + offset) if is_joint_angle(joint) else sp.expand(value + offset)

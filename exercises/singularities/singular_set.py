@@ -14,7 +14,7 @@ from itertools import combinations, product
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
-from qdot.exercises.arm.trigonometry import Factored, factor_trig
+from qdot.exercises.arm.trigonometry import Factored, factor_trig, wrap_angle
 from qdot.exercises.derivation.derivation import Derivation, TooLong, derive
 from qdot.exercises.singularities.joint_solvability import (
     drop_implied,
@@ -304,7 +304,7 @@ def _solve_angle(condition: sp.Expr, joint: sp.Symbol) -> JointSolution | None:
     coefficients = find_trig_coefficients(sp.expand_trig(condition) if arguments else condition, phi, joint)
     if coefficients is None:
         return None
-    values = (reduce_angle(value - offset) for value in _find_trig_roots(*coefficients))
+    values = (wrap_angle(value - offset) for value in _find_trig_roots(*coefficients))
     return joint, tuple(dict.fromkeys(values))
 
 
@@ -346,16 +346,6 @@ def _exceeds(a: sp.Expr, b: sp.Expr) -> bool:
     return bool(sp.expand(a**2 - b**2).is_positive)
 
 
-def reduce_angle(angle: sp.Expr) -> sp.Expr:
-    """Return a numeric angle reduced to (-pi, pi], and any other angle expanded."""
-    expanded_angle = sp.expand(angle)
-    if not expanded_angle.is_number:
-        return expanded_angle
-    turns = -sp.floor((sp.N(expanded_angle, 30) + sp.N(sp.pi, 30)) / (2 * sp.N(sp.pi, 30)))
-    reduced_angle = sp.expand(expanded_angle + 2 * sp.pi * turns)
-    return sp.pi if reduced_angle == -sp.pi else reduced_angle
-
-
 def _compute_excess(condition: sp.Expr, chain: Chain) -> sp.Expr | None:
     """Return the excess of a sum of sines, cosines and a constant: the constant's size minus the sum of the amplitudes.
 
@@ -392,7 +382,7 @@ def _find_single_solution(condition: sp.Expr, chain: Chain) -> Component | None:
     multiples, angles = sp.linear_eq_to_matrix(equations, joints)
     if not multiples.is_square or abs(multiples.det()) != 1:  # the angles do not determine one value of each joint
         return None
-    values = [(q, reduce_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
+    values = [(q, wrap_angle(value)) for q, value in zip(joints, multiples.inv() * angles, strict=True)]
     return Component(tuple(1 - sp.cos(q - value) for q, value in values), tuple((q, (value,)) for q, value in values))
 
 

@@ -11,7 +11,7 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.standard_table import wrap_angle
+from qdot.exercises.arm.trigonometry import wrap_angle
 from qdot.exercises.formula.order import find_number_in_name
 from qdot.exercises.formula.printers.python import print_python
 from qdot.exercises.formula.sympy_text import format_expression

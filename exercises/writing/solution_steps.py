@@ -22,7 +22,7 @@ from qdot.exercises.arm.mpmath_kinematics import (
     round_to_four_digits,
 )
 from qdot.exercises.arm.standard_table import compute_home_geometry
-from qdot.exercises.arm.trigonometry import remove_brackets, to_textbook_form
+from qdot.exercises.arm.trigonometry import remove_brackets, to_textbook_form, wrap_angle
 from qdot.exercises.derivation.derivation import Derivation, TooLong, derive, make_symbolic_arm, make_task_velocity
 from qdot.exercises.problem.problem import Part
 from qdot.exercises.questions import rank, screws
@@ -33,7 +33,6 @@ from qdot.exercises.questions.wrist import (
     derive_block_determinants,
     derive_wrist_block,
     find_block_objection,
-    wrap_if_numeric,
 )
 from qdot.exercises.singularities.classification import Classification, classify, is_one_sided, split_by_value
 from qdot.exercises.singularities.existence_conditions import ExistenceCondition, find_existence_condition
@@ -331,7 +330,7 @@ class SolutionSteps:
     def joint_1_value(self) -> sp.Expr:
         """The value of joint 1 at which the entries of J are shortest."""
         value_with_offset = expansion.find_joint_1_value(self._structure).xreplace(self._values)
-        return wrap_if_numeric(sp.expand(value_with_offset - self.chain.offsets[0]))
+        return wrap_angle(value_with_offset - self.chain.offsets[0])
 
     @property
     def jacobian_at_joint_1(self) -> sp.Matrix | None:
