@@ -334,7 +334,7 @@ class Assignment:
         slots = []
         for slot in self.slots:
             points = {name: value for name, value in slot.points_by_question.items() if name not in text_names}
-            definitions = tuple(d for d in slot.definitions if d.name in points)
+            definitions = tuple(definition for definition in slot.definitions if definition.name in points)
             if points:
                 slots.append(
                     replace(slot, questions=tuple(points), points=tuple(points.values()), definitions=definitions)

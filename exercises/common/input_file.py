@@ -134,7 +134,7 @@ class TomlFile:
         """Return the file, the line, the key and, if it is short, the value of an entry, for a message."""
         value = self._find_value(key_path)
         location = self._describe_location(key_path, key_path)
-        has_tables = isinstance(value, dict) or (isinstance(value, list) and any(isinstance(v, dict) for v in value))
+        has_tables = any(isinstance(item, dict) for item in (value if isinstance(value, list) else [value]))
         text = format_toml(value) if key_path and value is not None and not has_tables else ""
         return f"{location} = {text}" if text and len(text) <= _MAX_VALUE_LENGTH else location
 

@@ -22,8 +22,12 @@ def to_jsonable(value: Any) -> Any:
     [{'method': 'exact', 'points': 1, 'bound': None, 'counterexample': None}]
     """
     if is_dataclass(value):
-        contents = {field: getattr(value, field.name) for field in fields(value)}
-        return {f.name: to_jsonable(x) for f, x in contents.items() if x is not None or f.metadata != OMITTED_IF_NONE}
+        shown_fields = [
+            field
+            for field in fields(value)
+            if field.metadata != OMITTED_IF_NONE or getattr(value, field.name) is not None
+        ]
+        return {field.name: to_jsonable(getattr(value, field.name)) for field in shown_fields}
     if isinstance(value, Mapping):
         return {key: to_jsonable(item) for key, item in value.items()}
     return [to_jsonable(item) for item in value] if isinstance(value, tuple | list) else value

@@ -19,7 +19,10 @@ FILE_FOLDER = "%24IMS-CC-FILEBASE%24"
 
 @dataclass(frozen=True)
 class CanvasQuizKind:
-    """A kind of quiz: the end of its package's name, and the texts or patterns accepted for a number."""
+    """A kind of quiz: its title, the end of its package's name, and the texts or patterns that it accepts for a number.
+
+    `list_texts` returns these texts or, if `uses_patterns`, a single pattern.
+    """
 
     title: str
     file_suffix: str
@@ -79,7 +82,7 @@ def _write_body(item: items.QuizItem, blanks: Sequence[Blank]) -> str:
 
 def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
     return platform_markup.write_html_with_figures(
-        body, lambda p: f"{FILE_FOLDER}/images/{platform_markup.name_picture_file(p)}"
+        body, lambda picture: f"{FILE_FOLDER}/images/{platform_markup.name_picture_file(picture)}"
     )
 
 

@@ -110,7 +110,7 @@ def _write_body(item: items.QuizItem) -> str:
 
 def _write_html(body: Sequence[str | platform_markup.Picture]) -> str:
     return platform_markup.write_html_with_figures(
-        body, lambda p: f"{ROOT_FOLDER}/images/{platform_markup.name_picture_file(p)}", print_plain_mathml
+        body, lambda picture: f"{ROOT_FOLDER}/images/{platform_markup.name_picture_file(picture)}", print_plain_mathml
     )
 
 

@@ -56,7 +56,7 @@ def export_qti(request: ExportRequest) -> Generator[ExportedFile, None, None]:
 def _write_html(body: tuple[str | platform_markup.Picture, ...]) -> str:
     """Return Markdown with figures in QTI's subset of XHTML: block elements without styles."""
     html = platform_markup.write_html_with_figures(
-        body, lambda p: f"../images/{platform_markup.name_picture_file(p)}", print_plain_mathml
+        body, lambda picture: f"../images/{platform_markup.name_picture_file(picture)}", print_plain_mathml
     )
     return _STYLE.sub("", html)
 

@@ -25,17 +25,17 @@ def write_setup_cell(problems: "Problems") -> str:
         for name, info in problem.symbols.items():
             names_by_role.setdefault(info.role, {})[name] = None
     has_custom_questions = any(part.details.question for _, problem in problems for part in problem.parts)
-    names = (sorted(names, key=make_natural_sort_key) for names in names_by_role.values())
-    return write_setup_cell_for_names(*names, has_custom_questions=has_custom_questions)
+    name_lists = (sorted(names, key=make_natural_sort_key) for names in names_by_role.values())
+    return write_setup_cell_for_names(*name_lists, has_custom_questions=has_custom_questions)
 
 
-def write_setup_cell_for_names(*names: Sequence[str], has_custom_questions: bool = False) -> str:
-    """Return a first cell that defines symbols with these names; each list of names has its own line of code.
+def write_setup_cell_for_names(*name_lists: Sequence[str], has_custom_questions: bool = False) -> str:
+    """Return a first cell that defines symbols with the names in some lists; each list has its own line of code.
 
     With custom questions, the cell imports all functions of their answers.
     """
     imports = IMPORTS + (IMPORTS_FOR_CUSTOM_QUESTIONS if has_custom_questions else "")
-    lines = [*map(_define_symbols, filter(None, names)), 'blank = Symbol("blank")  # replace it with your answer']
+    lines = [*map(_define_symbols, filter(None, name_lists)), 'blank = Symbol("blank")  # replace it with your answer']
     return "\n".join((imports, *lines, ""))
 
 

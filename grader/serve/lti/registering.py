@@ -106,7 +106,10 @@ def connect_course(classroom: Classroom) -> None:
 
 
 def _activate(registration: LtiRegistration, client_id: str, audience: str, values: dict[str, str]) -> LtiRegistration:
-    """Complete a registration. Raises QdotError for a wrong address, or if the client ID is registered already."""
+    """Complete a registration.
+
+    Raises QdotError for a wrong address, or if the issuer and the client ID are incomplete or registered already.
+    """
     registration.auth_url, registration.token_url, registration.keyset_url = (
         _check_address(name, values[name]) for name in ("auth_url", "token_url", "keys_url")
     )
@@ -122,7 +125,10 @@ def _activate(registration: LtiRegistration, client_id: str, audience: str, valu
 
 
 def _check_address(name: str, address: str) -> str:
-    """Return an address without a final slash. It needs https, unless the service itself is on this machine."""
+    """Return an address without a final slash. A service with https accepts only addresses with https.
+
+    Raises QdotError for another address.
+    """
     parts = urlsplit(address)
     schemes = ("https",) if find_options().url.startswith("https:") else ("https", "http")
     if parts.scheme not in schemes or not parts.hostname or len(address) > 200:
@@ -133,8 +139,8 @@ def _check_address(name: str, address: str) -> str:
 def _check_server(name: str, address: str, registration: LtiRegistration) -> str:
     """Return an address if it is on the registered server, or on a server that all schools of a platform share.
 
-    Raises QdotError for other servers; otherwise, anyone with the address of a registration could make qdot send
-    requests to hosts behind a firewall.
+    Raises QdotError for other servers. Without this check, anyone with the address of a registration could make qdot
+    send requests to hosts behind a firewall.
     """
     shared_urls = (
         url for platform in PLATFORMS.values() for url in (platform.issuer, platform.auth_url, platform.token_url)
