@@ -21,7 +21,7 @@ from qdot.exercises.common.input_file import BYTE_ORDER_MARK, format_csv, parse_
 from qdot.exercises.writing.render import render
 
 INDEX_FILE = "index.csv"
-"""The table in released/ that says which notebook belongs to which student."""
+"""The table beside the notebooks that says which notebook belongs to which student."""
 TOKEN_LENGTH = 26
 """The number of letters and digits in an address: 130 bits."""
 MAX_STUDENTS_LISTED = 10
@@ -96,14 +96,14 @@ def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
     of students who are no longer on the roster are removed.
     """
     notebooks = read_notebooks(assignment)
-    public = out / "upload"
+    upload_folder = out / "upload"
     tokens = {student.id: _compute_token(assignment, student.id) for student in assignment.roster}
-    for folder in public.iterdir() if public.is_dir() else ():
+    for folder in upload_folder.iterdir() if upload_folder.is_dir() else ():
         if _TOKEN.fullmatch(folder.name) and folder.name not in tokens.values():
             shutil.rmtree(folder)
-    write_atomically(public / "index.html", render("handout/links.html.j2", title=assignment.title))
+    write_atomically(upload_folder / "index.html", render("handout/links.html.j2", title=assignment.title))
     for student in assignment.roster:
-        folder = public / tokens[student.id]
+        folder = upload_folder / tokens[student.id]
         page = render("handout/student.html.j2", assignment=assignment, student=student,
                       due_date=assignment.due_date_of(student))  # fmt: skip
         write_atomically(folder / f"{assignment.key}.ipynb", notebooks[student.id], is_synced=False)
@@ -113,7 +113,7 @@ def write_links(assignment: Assignment, out: Path, address: str) -> Handout:
     table_path = out / "mail-merge.csv"
     table = format_csv([["name", "email", "student", "link"], *rows])
     write_atomically(table_path, BYTE_ORDER_MARK + table, 0o600)
-    return Handout(public, table_path)
+    return Handout(upload_folder, table_path)
 
 
 def _compute_token(assignment: Assignment, student: str) -> str:

@@ -63,8 +63,9 @@ class GivenValues:
 class NumericPart:
     """A part whose answer is numbers: `values` (rows x columns), computed with the `given_values`.
 
-    `wrong_answers` are pairs of the sentence on a mistake and the wrong values. For a direction, `unit_entry` is the
-    index (from 0) of the entry that is scaled to 1; None for other answers.
+    `given_values` is None if the part itself asks for numbers. `wrong_answers` are pairs of the sentence on a mistake
+    and the wrong values. For a direction, `unit_entry` is the index (from 0) of the entry that is scaled to 1; None for
+    other answers.
     """
 
     part: Part

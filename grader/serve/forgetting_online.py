@@ -12,9 +12,9 @@ from qdot.grader.serve.models import Person, StaffAction
 
 
 def find_people(name: str) -> list[Person]:
-    """Return the rows of a student in all classes; the name is an identifier, or a name or email of one student.
+    """Return the rows of a student in all classes; `name` is the student's identifier, name or e-mail address.
 
-    Raises QdotError if several students have the name.
+    Raises QdotError if several students have this name or address.
     """
     people = Person.objects.filter(role=Person.Role.STUDENT)
     has_name = Q(name__iexact=name) | Q(email__iexact=name)

@@ -41,7 +41,7 @@ def find_role(roles: Iterable[object]) -> Person.Role | None:
 
 
 def save_person(classroom: Classroom, user: LtiUser, role: Person.Role, identifier: object) -> Person:
-    """Return the person of the course whom the platform calls `user`, with the current role.
+    """Save the person of the course whom the platform calls `user`, with the current role, and return the person.
 
     `identifier` is the person's number at the institution, if the platform knows it. By this number or by e-mail, a new
     student is matched to roster.csv, to get the same problems in a notebook and online. A change of role ends the
@@ -90,12 +90,12 @@ def read_class_list(classroom: Classroom, connections: Connections, now: datetim
         raise QdotError("the platform's list of the class is empty")
     context.update_memberships([{"status": "Active", **member} for member in members])
     users = {user.sub: user for user in LtiUser.objects.filter(registration=platform)}
-    present = set()
+    present_user_ids = set()
     for member in members:
         role = find_role(member["roles"])
         if role is not None and member.get("status", "Active") == "Active":
             user = users[str(member["user_id"])]
             save_person(classroom, user, role, member.get("lis_person_sourcedid"))
-            present.add(user.pk)
-    former_people = classroom.people.filter(lti_user__isnull=False, is_active=True).exclude(lti_user__in=present)
-    former_people.update(is_active=False)
+            present_user_ids.add(user.pk)
+    people = classroom.people.filter(lti_user__isnull=False, is_active=True)
+    people.exclude(lti_user__in=present_user_ids).update(is_active=False)
