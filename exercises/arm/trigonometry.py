@@ -53,7 +53,7 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
     angles = _sort_symbols({angle for trig in trigs for angle in trig.free_symbols})
     lengths = _sort_symbols(expression.free_symbols - set(angles))
     exponentials = {angle: {1: sp.Dummy(), -1: sp.Dummy()} for angle in angles}  # e and 1/e, by their exponents
-    in_exponentials = {}
+    exponential_forms = {}
     for trig in trigs:
         multiples = _read_multiples(trig.args[0])
         e_phi, inverse_e_phi = (
@@ -61,24 +61,24 @@ def compute_fourier_form(expression: sp.Expr) -> FourierForm:
             for sign in (1, -1)
         )  # exp(i phi) and exp(-i phi) for the argument phi of the sine or cosine
         is_cosine = isinstance(trig, sp.cos)
-        in_exponentials[trig] = (e_phi + inverse_e_phi) / 2 if is_cosine else (e_phi - inverse_e_phi) / (2 * sp.I)
+        exponential_forms[trig] = (e_phi + inverse_e_phi) / 2 if is_cosine else (e_phi - inverse_e_phi) / (2 * sp.I)
     symbols = [*lengths, *(symbol for pair in exponentials.values() for symbol in pair.values())]
     ring = sp.polys.rings.PolyRing(symbols or [sp.Dummy()], sp.QQ_I)
-    polynomial = ring.from_expr(expression.xreplace(in_exponentials))
+    polynomial = ring.from_expr(expression.xreplace(exponential_forms))
     terms: dict[tuple[int, ...], list[list[sp.Expr]]] = {}
     for powers, coefficient in polynomial.terms():
         exponents = powers[len(lengths) :]
-        phi = tuple(map(operator.sub, exponents[::2], exponents[1::2])) if angles else ()
-        first_multiple = next((k for k in phi if k), 0)
+        multiples_in_phi = tuple(map(operator.sub, exponents[::2], exponents[1::2])) if angles else ()
+        first_multiple = next((k for k in multiples_in_phi if k), 0)
         if first_multiple >= 0:  # the terms with -phi are the conjugates of the terms with phi
             scale = 2 if first_multiple else 1
             product = sp.Mul(*map(sp.Pow, lengths, powers[: len(lengths)]))
-            cosines, sines = terms.setdefault(phi, [[], []])
+            cosines, sines = terms.setdefault(multiples_in_phi, [[], []])
             real_part, imaginary_part = map(sp.QQ.to_sympy, (coefficient.x, coefficient.y))
             cosines.append(scale * real_part * product)
             sines.append(-scale * imaginary_part * product)
-    sums = {phi: (sp.Add(*cosines), sp.Add(*sines)) for phi, (cosines, sines) in terms.items()}
-    return FourierForm(angles, {phi: pair for phi, pair in sums.items() if pair != (0, 0)})
+    sums = {key: (sp.Add(*cosines), sp.Add(*sines)) for key, (cosines, sines) in terms.items()}
+    return FourierForm(angles, {key: pair for key, pair in sums.items() if pair != (0, 0)})
 
 
 def _read_multiples(phi: sp.Expr) -> dict[sp.Symbol, int]:
@@ -224,7 +224,7 @@ def _expand_arctangents(trig: sp.Expr) -> sp.Expr:
 
 
 _MAX_OPERATIONS = 400
-"""An expression with more operations than this is left unchanged."""
+"""`remove_brackets` leaves an expression with more operations than this unchanged, because expanding it takes long."""
 
 
 def remove_brackets(expression: sp.Expr) -> sp.Expr:

@@ -118,6 +118,7 @@ def _parse_alternatives(node: Node, joints: Sequence[str]) -> list[Piece]:
             if is_label and len(joints) == 2 and arg.value == joints[0] and node.args[1].kind not in ("list", "set"):
                 meanings = f"it can be {joints[0]} and its value, or values of {joints[0]} and {joints[1]}"
                 raise ParseError(f"a pair is ambiguous: {meanings}; write {joints[0]} = 0 or {joints[1]} = 0")
+            # a label is no condition, but a joint without a value if another joint follows
             if not is_label or find_names(node.args[1]) & set(joints):
                 union += parse_pieces(arg, joints)
         elif joint is not None:
@@ -181,7 +182,7 @@ def _parse_vanishing_expression(node: Node, joints: Sequence[str]) -> list[Piece
 
 
 _QUOTIENTS = {"tan": ("sin", "cos"), "cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
-"""Functions that are quotients, each with the function in its numerator ("" for 1) and in its denominator."""
+"""Maps each function that is a quotient to the functions in its numerator ("" for 1) and in its denominator."""
 
 
 def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], list[Node]]:
@@ -249,8 +250,8 @@ def _list_summed_names(node: Node) -> list[str]:
 def _is_defined_everywhere(node: Node, joints: AbstractSet[str]) -> bool:
     """Return whether an expression surely has a value in all configurations, unlike tan(theta1) and 1/d2."""
     for part in iterate_nodes(node):
-        is_number = part.kind == "^" and part.args[1].kind in ("number", "decimal")
-        may_be_negative_power = part.kind == "^" and not (is_number and part.args[1].value > 0)
+        has_numeric_exponent = part.kind == "^" and part.args[1].kind in ("number", "decimal")
+        may_be_negative_power = part.kind == "^" and not (has_numeric_exponent and part.args[1].value > 0)
         may_divide_by_zero = part.kind == "/" and bool(find_names(part.args[1]) & joints)
         is_other_function = part.kind == "call" and part.value not in ("sin", "cos", "abs")
         if may_be_negative_power or may_divide_by_zero or is_other_function:
@@ -306,12 +307,12 @@ def solve_for_angle(atom: Atom, angles: Collection[str]) -> Atom:
     factors = _find_angle_factors(expression, angles)
     if not factors or factors.keys() == {atom.joint}:
         return atom
-    unit = _compute_greatest_common_divisor(factors.values())
+    divisor = _compute_greatest_common_divisor(factors.values())
     for angle, factor in factors.items():
-        if abs(factor) == unit:
-            value = Node("/", (replace_names(expression, {angle: ZERO}), make_number(unit)))
+        if abs(factor) == divisor:
+            value = Node("/", (replace_names(expression, {angle: ZERO}), make_number(divisor)))
             return Atom(-value if factor > 0 else value, angle)
-    return Atom(make_half_sine(Node("/", (expression, make_number(unit)))))
+    return Atom(make_half_sine(Node("/", (expression, make_number(divisor)))))
 
 
 def _compute_greatest_common_divisor(factors: Collection[Fraction]) -> Fraction:

@@ -55,8 +55,10 @@ def _split_into_tables(text: str, row_count: int, column_count: int) -> Iterator
         lines = [PATTERNS["sign_of_spreadsheet"].sub(r"\1", line) for line in lines]
     if row_count > 1 and not any(PATTERNS["line_goes_on"].match(line) for line in lines[1:]):
         separators: tuple[re.Pattern[str], ...] = (PATTERNS["gap_of_table"], *_ENTRY_SEPARATORS)
-        if column_count == 1 or is_markdown:
-            separators = (_NO_SEPARATOR if column_count == 1 else PATTERNS["bar_of_markdown"],)
+        if column_count == 1:
+            separators = (_NO_SEPARATOR,)
+        elif is_markdown:
+            separators = (PATTERNS["bar_of_markdown"],)
         for separator in separators:
             yield [_split_entries(line, separator) for line in lines]
     if (matlab_match := PATTERNS["rows_of_matlab"].fullmatch(text.strip(SPACES))) is None:

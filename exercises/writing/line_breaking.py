@@ -109,7 +109,7 @@ def _split_equations(formula: Layout, max_width: float) -> EquationSides:
     rows: EquationSides = []
     for line in formula.inner[0].inner:
         cells = [cell.inner for cell in line.inner]
-        pairs = list(zip(cells[::2], cells[1::2], strict=False)) or [((), cells[0])]
+        pairs = list(zip(cells[::2], cells[1::2], strict=False)) or [((), cells[0])]  # a single cell is a right side
         left, right = pairs[0]
         if not left and right[:1] != (layout.EQUALS,) and rows:  # a line that continues the previous sum
             rows[-1] = (rows[-1][0], (*rows[-1][1], *(right[1:] if right[:1] == (layout.QUAD,) else right)))
