@@ -17,6 +17,8 @@ OMITTED_IF_NONE = {"is_optional": True}
 def to_jsonable(value: Any) -> Any:
     """Return a value in a form for `json.dumps`: a dataclass becomes a dictionary of its fields, in their order.
 
+    The metadata of a field may contain an "alias", the key of the field in JSON.
+
     >>> from qdot.exercises.formula.equality import Certificate
     >>> to_jsonable((Certificate("exact", 1),))
     [{'method': 'exact', 'points': 1, 'bound': None, 'counterexample': None}]
@@ -27,7 +29,9 @@ def to_jsonable(value: Any) -> Any:
             for field in fields(value)
             if field.metadata != OMITTED_IF_NONE or getattr(value, field.name) is not None
         ]
-        return {field.name: to_jsonable(getattr(value, field.name)) for field in shown_fields}
+        return {
+            field.metadata.get("alias", field.name): to_jsonable(getattr(value, field.name)) for field in shown_fields
+        }
     if isinstance(value, Mapping):
         return {key: to_jsonable(item) for key, item in value.items()}
     return [to_jsonable(item) for item in value] if isinstance(value, tuple | list) else value

@@ -8,7 +8,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -29,6 +29,7 @@ from qdot.exercises.common.errors import QdotError, count_noun, list_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import read_toml
+from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate as generate_problem
@@ -214,7 +215,7 @@ def verify(
     with show_progress("verifying", len(tasks)) as counter, closing(verify_all(tasks, jobs)) as verified_tasks:
         for task, failures in verified_tasks:
             counter.step()
-            failure_counts.update(failure.kind for failure in failures[:1])
+            failure_counts.update(failure.kind for failure in failures[:1])  # the number of problems, not of failures
             passed_counts[task.identity.family] += not failures
             for failure in failures:  # a message that concerns all problems of a student is printed once
                 if failure.message not in printed_messages:
@@ -270,7 +271,7 @@ def _list_family_problems(families: Sequence[str], first_seed: int, count: int) 
     """
     problems = []
     for index, name in enumerate(families):
-        family_count = len(range(index, count, len(families)))
+        family_count = len(range(index, count, len(families)))  # one more for the first families if there is a rest
         problems += [ProblemId(look_up_family(name).name, first_seed + i) for i in range(family_count)]
     return problems
 
@@ -302,8 +303,8 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
     for definition in definitions.values():
         refusals: dict[str, str] = {}
         families_of_question = families_by_question.get(definition.name, set())
-        asking_families = [family for family in families if family in families_of_question] or families
-        for family in asking_families:
+        tested_families = [family for family in families if family in families_of_question] or families
+        for family in tested_families:
             try:
                 with file.locate_errors("question", definition.name):
                     warnings = check_definition_on_family(definition, look_up_family(family))
@@ -314,9 +315,9 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
                     note(warning)
         all_refusals += refusals.values()
         errors += [text for family, text in refusals.items() if family in families_of_question]
-        if len(refusals) == len(families) and not families_by_question:
+        if len(refusals) == len(families) and not families_by_question:  # a file without problems
             errors.append(refusals[families[0]])
-        accepted_families = set(asking_families) - set(refusals)
+        accepted_families = set(tested_families) - set(refusals)
         accepted = [identity for identity in identities if identity.family in accepted_families]
         question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
         tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
@@ -373,9 +374,10 @@ def compare(
     if not reference:
         raise QdotError("give two texts, STUDENT and REFERENCE, or --batch FILE.jsonl")
     answer_type = type or guess_type(reference)
-    texts: Any = [reference] if answer_type == "singular" else reference
+    reference_answer: Any = [reference] if answer_type == "singular" else reference
     names = tuple(name.strip() for name in joints.split(",") if name.strip())
-    print_result(json.dumps(describe_judgement(compare_texts(answer_type, student, texts, names)), ensure_ascii=False))
+    judgement = compare_texts(answer_type, student, reference_answer, names)
+    print_result(json.dumps(describe_judgement(judgement), ensure_ascii=False))
 
 
 def _read_lines(batch: str) -> Iterable[str]:
@@ -408,13 +410,13 @@ def doctor(as_json: JsonOption = False) -> None:
     versions = {"qdot": find_qdot_version(), "sympy": version("sympy"), "numpy": version("numpy")}
     environment = {"python": platform.python_version(), **versions, "system": platform.platform(), "cores": CORE_COUNT}
     if as_json:
-        content = {**environment, "strict": findings.is_strict, **asdict(findings)}
+        content = {**environment, "strict": findings.is_strict, **to_jsonable(findings)}
         print_result(json.dumps(content, ensure_ascii=False, indent=2))
         return
     print_result(", ".join(f"{name} {value}" for name, value in environment.items()))
     print_result("")
     for guarantee in findings.guarantees:
-        print_result(f"{guarantee.name:<11} {guarantee.by:<23} {', '.join(guarantee.means)}")
+        print_result(f"{guarantee.name:<11} {guarantee.enforcement:<23} {', '.join(guarantee.means)}")
         print_result(f"{'':<11} a notebook {guarantee.promise}")
         for achievement in guarantee.achieved:
             print_result(f"{'':<11} the probe {achievement}")

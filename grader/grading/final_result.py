@@ -93,7 +93,7 @@ def make_ungraded_result(assignment: Assignment, student: Student, file: str, er
 def _make_result(
     assignment: Assignment, student: Student, overrides: Overrides, notebook: GradedNotebook, marks: NotebookMarks
 ) -> Result:
-    """Return the student's result if this notebook counts."""
+    """Return the result that the student would have if this notebook counted."""
     staff_notes = list(marks.staff_notes)
 
     def apply_override(slot: str, part: PartResult) -> PartResult:
@@ -113,7 +113,7 @@ def _make_result(
             outcome = Outcome.PARTIAL if points < part.max_points else Outcome.CORRECT
             outcome = Outcome.WRONG if points == 0 else outcome
         reason = MARKED_BY_PERSON if part.reason == AWAITS_PERSON and points is not None else part.reason
-        override = replace(override, was=part.points)
+        override = replace(override, previous_points=part.points)
         return replace(part, outcome=outcome, points=points, override=override, reason=reason)
 
     part_lists = [tuple(apply_override(problem.slot, part) for part in problem.parts) for problem in marks.problems]
@@ -128,7 +128,7 @@ def _make_result(
         student=student.id, assignment=assignment.key, submission=submission if notebook.file else None,
         score=score if total_override is None or total_override.points is None else total_override.points,
         max_score=sum_points(part.max_points for part in parts), late=late,
-        override=total_override and replace(total_override, was=score), obstacle=marks.obstacle,
+        override=total_override and replace(total_override, previous_points=score), obstacle=marks.obstacle,
         notes=marks.notes, staff_notes=tuple(staff_notes), made_from=marks.made_from, problems=problems,
     )  # fmt: skip
 

@@ -113,11 +113,11 @@ def read_overrides(assignment: Assignment) -> Overrides:
         if student and not points and not comment and ANSWER_COLUMN in cells:
             continue  # an answer that is not marked yet
         new_points = None if comment and not points else _parse_points(location, part, points, max_points[part])
-        # The grader's points, `was`, become known when the override is applied.
+        # The grader's points become known when the override is applied.
         if group:
-            by_group[group] = Override(new_points, comment, was=None, group=group)
+            by_group[group] = Override(new_points, comment, previous_points=None, group=group)
         else:
-            by_part[student, part, flatten_answer(answer)] = Override(new_points, comment, was=None)
+            by_part[student, part, flatten_answer(answer)] = Override(new_points, comment, previous_points=None)
     return Overrides(by_part, by_group)
 
 
@@ -158,8 +158,8 @@ def _parse_group(location: str, part: str, group: str, part_names: Sequence[str]
     if part_of_group and part and part_of_group != part:
         contradiction = f"the group {group!r} belongs to {part_of_group}, but the line names {part}"
         raise QdotError(f"{location}: {contradiction}; leave part empty")
-    part = part_of_group or part
-    return part, format_group_key(part, letters.lower())
+    named_part = part_of_group or part
+    return named_part, format_group_key(named_part, letters.lower())
 
 
 def _make_unknown_part_error(location: str, part: str, all_names: Sequence[str]) -> QdotError:

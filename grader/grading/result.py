@@ -31,14 +31,15 @@ class MarkingVersions:
 class Override:
     """The points that a person sets for a part or for a student's total, and a comment for the student.
 
-    If there is only a comment, `points` is None, and the grader's points remain. `was` is the number of points that the
-    grader gave. It is None if qdot failed to grade the part, or if the override has not been applied yet. `group` is
-    the key of the group of equal wrong answers to which the override applies; None if it is for one student.
+    If there is only a comment, `points` is None, and the grader's points remain. `previous_points` is the number of
+    points that the grader gave. It is None if qdot failed to grade the part, or if the override has not been applied
+    yet. `group` is the key of the group of equal wrong answers to which the override applies; None if it is for one
+    student.
     """
 
     points: float | None
     comment: str
-    was: float | None
+    previous_points: float | None = field(metadata={"alias": "was"})
     group: str | None = field(default=None, metadata=OMITTED_IF_NONE)
 
 

@@ -158,6 +158,7 @@ def summarize_mistakes(results: Sequence[Result]) -> list[MistakeSummary]:
     answers_by_mistake: dict[str, list[tuple[str, str]]] = {}
     for result in select_graded(results):
         for name, part in result.parts.items():
+            # The names of alternative mistakes are joined by "or", those of several mistakes together by "and".
             for mistake in filter(None, re.split(" or | and ", part.mistake or "")):
                 answers_by_mistake.setdefault(mistake, []).append((result.student, name))
     summaries = []
@@ -191,7 +192,7 @@ def _summarize_group(key: str, answers: Sequence[tuple[str, str, PartResult]]) -
     mistakes = next((part.mistake for part in parts if part.mistake), "")
     alternatives = [map(_find_mistake_title, alternative.split(" and ")) for alternative in mistakes.split(" or ")]
     overrides = [part.override for part in parts if part.override is not None]
-    grader_points = [part.points if part.override is None else part.override.was for part in parts]
+    grader_points = [part.points if part.override is None else part.override.previous_points for part in parts]
     earned_points = [points for points in grader_points if points is not None] or [0.0]
     return AnswerGroup(
         key, names[0], students, typical_student, mistake=" or ".join(map("; ".join, alternatives)),

@@ -149,8 +149,9 @@ def describe_overrides(result: Result) -> list[str]:
     for name, override in result.overrides.items():
         comment = override.comment
         if override.points is not None:
-            previous_points = "ungraded" if override.was is None else format_points(override.was)
-            comment = f"{format_points(override.points)} (was {previous_points}){f', {comment}' if comment else ''}"
+            previous_points = override.previous_points
+            previous_mark = "ungraded" if previous_points is None else format_points(previous_points)
+            comment = f"{format_points(override.points)} (was {previous_mark}){f', {comment}' if comment else ''}"
         descriptions.append(f"{name}: {comment}")
     return descriptions
 
@@ -165,7 +166,7 @@ def _compute_late_penalty(result: Result) -> float | None:
     late = result.late
     if late is None or not late.penalty:
         return None
-    score = result.score if result.override is None else result.override.was
+    score = result.score if result.override is None else result.override.previous_points
     assert score is not None
     return sum_points((late.points_before, -score))
 
@@ -178,5 +179,5 @@ def list_staff_notes(result: Result) -> list[str]:
 
 def escape_formula(text: str) -> str:
     """Return a text escaped so that no spreadsheet parses it as a formula, and no terminal as a command."""
-    text = escape_controls(text)
-    return f"'{text}" if text.lstrip()[:1] in FORMULA_FIRST_CHARACTERS else text
+    visible_text = escape_controls(text)
+    return f"'{visible_text}" if visible_text.lstrip()[:1] in FORMULA_FIRST_CHARACTERS else visible_text

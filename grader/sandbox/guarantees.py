@@ -10,7 +10,7 @@ import socket
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -83,14 +83,13 @@ MEASURES = {
 class Guarantee:
     """How this machine keeps the promise in `PROMISES` with this `name`; `promise` is its text.
 
-    `by` is one of the values above, such as `ENFORCED_BY_KERNEL`. `means` are the titles of the measures that this
-    machine has. `achieved` lists what the probe achieved against the guarantee. `qdot doctor --json` uses these names
-    of fields.
+    `enforcement` is one of the values above, such as `ENFORCED_BY_KERNEL`. `means` are the titles of the measures that
+    this machine has. `achieved` lists what the probe achieved against the guarantee.
     """
 
     name: str
     promise: str
-    by: str
+    enforcement: str = field(metadata={"alias": "by"})
     means: tuple[str, ...]
     achieved: tuple[str, ...]
 
@@ -105,7 +104,7 @@ class Findings:
     @property
     def is_strict(self) -> bool:
         """Whether the kernel enforces all guarantees."""
-        return all(guarantee.by == ENFORCED_BY_KERNEL for guarantee in self.guarantees)
+        return all(guarantee.enforcement == ENFORCED_BY_KERNEL for guarantee in self.guarantees)
 
 
 def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Findings:
@@ -130,8 +129,8 @@ def probe(disabled_measures: Iterable[str] = (), quick: bool = False) -> Finding
     with _make_targets() as targets, sandbox:
         targets |= {"memory": limits.memory, "seconds": 0 if quick else 1, "separate_attempt": None}
         end = sandbox.exchange({"attempts": targets}, record_line)
-        is_expected = end in ("done" if quick else "killed", "overtime")
-        if not is_expected or not tested_guarantees >= PROMISES.keys() - {"time"}:
+        expected_end = "done" if quick else "killed"
+        if end not in (expected_end, "overtime") or not tested_guarantees >= PROMISES.keys() - {"time"}:
             reason = f": {sandbox.not_started_reason}" if sandbox.not_started_reason else ""
             raise QdotError(f"the sandbox does not work on this machine: its probe ended early ({end}{reason})")
         if sandbox.has_left_processes:
@@ -189,8 +188,8 @@ def check_sandbox(must_be_strict: bool) -> str:
     findings = probe(quick=not must_be_strict)
     if findings.is_strict:
         return ""
-    weak_guarantees = [guarantee for guarantee in findings.guarantees if guarantee.by != ENFORCED_BY_KERNEL]
-    description = ", ".join(f"{guarantee.name}: {guarantee.by}" for guarantee in weak_guarantees)
+    weak_guarantees = [guarantee for guarantee in findings.guarantees if guarantee.enforcement != ENFORCED_BY_KERNEL]
+    description = ", ".join(f"{guarantee.name}: {guarantee.enforcement}" for guarantee in weak_guarantees)
     if not must_be_strict:
         return f"The sandbox on this machine is weaker than it should be ({description}); see `qdot doctor`."
     weak_measures = {measure for guarantee in weak_guarantees for measure in PROMISES[guarantee.name].measures}

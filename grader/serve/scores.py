@@ -113,10 +113,10 @@ def load_overrides(classroom: Classroom, key: str) -> Overrides:
     by_group: dict[str, Override] = {}
     for row in PointsOverride.objects.filter(classroom=classroom, assignment=key).select_related("person"):
         if row.person is None:
-            by_group[row.group] = Override(row.points, row.comment, was=None, group=row.group)
+            by_group[row.group] = Override(row.points, row.comment, None, row.group)
         else:
             target = (row.person.student_id, row.part, flatten_answer(row.answer))
-            by_part[target] = Override(row.points, row.comment, was=None)
+            by_part[target] = Override(row.points, row.comment, None)
     return Overrides(by_part, by_group)
 
 

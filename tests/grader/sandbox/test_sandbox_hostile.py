@@ -308,7 +308,7 @@ def native_attacks(machine: Machine) -> dict[str, tuple[str, str]]:
 @pytest.mark.parametrize("variant", select_for_suite(FEW[:1], tuple(VARIANTS)))
 def test_the_kernel_keeps_its_guarantees_without_the_hook(variant: str, machine: Machine) -> None:
     without = frozenset(VARIANTS[variant])
-    enforcement = {guarantee.name: guarantee.by for guarantee in probe_without(without).guarantees}
+    enforcement = {guarantee.name: guarantee.enforcement for guarantee in probe_without(without).guarantees}
     sandbox = open_sandbox(without)
     tried = 0
     for name, (guarantee, cell) in native_attacks(machine).items():
@@ -391,15 +391,15 @@ def test_closing_a_sandbox_ends_its_running_notebook(variant: str, event: str, m
 
 def test_the_probe_reports_each_level_of_enforcement() -> None:
     full_findings = probe_without(frozenset())
-    assert {guarantee.name: guarantee.by for guarantee in full_findings.guarantees}["time"] == ENFORCED_BY_KERNEL
+    assert {guarantee.name: guarantee.enforcement for guarantee in full_findings.guarantees}["time"] == ENFORCED_BY_KERNEL
     assert full_findings.is_strict or full_findings.lacking
     unprotected = probe_without(frozenset({*measures_other_than_hook(), "limits", "watch"}))
     assert not unprotected.is_strict
-    assert {guarantee.name: guarantee.by for guarantee in unprotected.guarantees if guarantee.name in ("files", "network")} == {
+    assert {guarantee.name: guarantee.enforcement for guarantee in unprotected.guarantees if guarantee.name in ("files", "network")} == {
         "files": NOT_ENFORCED, "network": NOT_ENFORCED
     }  # fmt: skip
     watched = probe_without(frozenset(measures_other_than_hook()))
-    assert {guarantee.name: guarantee.by for guarantee in watched.guarantees if guarantee.name in ("files", "network")} == {
+    assert {guarantee.name: guarantee.enforcement for guarantee in watched.guarantees if guarantee.name in ("files", "network")} == {
         "files": WATCHED_IN_PYTHON, "network": WATCHED_IN_PYTHON
     }  # fmt: skip
     assert [guarantee.name for guarantee in watched.guarantees] == list(PROMISES)
