@@ -51,7 +51,6 @@ from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
 from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judgement
 
-NameSequence = Sequence[str]
 MatrixShape = tuple[int, int]
 """The numbers of rows and columns."""
 
@@ -154,7 +153,7 @@ def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> Parse
 
 
 def read_matrix(
-    text: str, shape: MatrixShape, domain: Domain, labels: NameSequence = (), columns: NameSequence = ()
+    text: str, shape: MatrixShape, domain: Domain, labels: Sequence[str] = (), columns: Sequence[str] = ()
 ) -> ParsedAnswer:
     """Parse a matrix or vector of the given shape.
 
@@ -173,7 +172,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
     A single number may have a decimal comma, as in 0,5.
     """
     text_with_plain_units = replace_latex_units(text)
-    if text.strip() and (unit_error := _describe_wrong_unit(text_with_plain_units, labels, units)):
+    if unit_error := _describe_wrong_unit(text_with_plain_units.strip(), labels, units):
         return refuse(text, unit_error)
     numbers = convert_units_of_numbers(text_with_plain_units)
     if count == 1:
@@ -185,7 +184,7 @@ def read_numbers(text: str, count: int, labels: Sequence[str] = (), units: Seque
 
 
 def _read_entries(
-    text: str, shape: MatrixShape, domain: Domain, labels: NameSequence, columns: NameSequence = (),
+    text: str, shape: MatrixShape, domain: Domain, labels: Sequence[str], columns: Sequence[str] = (),
     are_numbers: bool = False,
 ) -> ParsedAnswer:  # fmt: skip
     """Parse the entries of a matrix or vector or, if `are_numbers`, a list of numbers. Entries may be named."""
@@ -246,20 +245,22 @@ def _retry_printed_table(
 
 
 def _describe_wrong_unit(text: str, labels: Sequence[str], units: Sequence[str]) -> str:
-    """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit."""
-    text = text.strip()
+    """Return a sentence about the first unit that doesn't fit its entry; "" if all units fit.
+
+    A unit whose entry is unknown, such as one after the whole list, must fit some entry.
+    """
     separator = next((sign for sign in ";\n" if sign in text), ",")
-    is_one_unit_per_entry = text.count(separator) + 1 == len(units)
+    has_expected_count = text.count(separator) + 1 == len(units)
     expected_names = [_normalize_label(label) for label in labels]
     for name, unit, end in find_units(text):
-        index = text.count(separator, 0, end) if is_one_unit_per_entry and text[end - 1] not in "]}" else None
+        index = text.count(separator, 0, end) if has_expected_count and text[end - 1] not in "]}" else None
         if (label := _normalize_label(name)) in expected_names:
             index = expected_names.index(label)
         expected = units if index is None else units[index : index + 1]
         typed_unit = parse_unit(unit)
         expected_units = [parse_unit(symbol) if symbol else None for symbol in expected]
         dimensions = {expected_unit and expected_unit.dimension for expected_unit in expected_units}
-        if typed_unit and dimensions and not {None, typed_unit.dimension} & dimensions:
+        if typed_unit and dimensions and not {None, typed_unit.dimension} & dimensions:  # None: no expected unit
             subject = f"entry {index + 1}" if index is not None and len(units) > 1 else "the result"
             advice = "use this unit or write only the number"
             return f"the unit {unit} does not fit: {subject} is in {expected[0]}; {advice}"
@@ -308,7 +309,7 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
 def _find_ambiguous_joint(tree: Node, joints: Sequence[str]) -> str:
     """Return a joint that may belong to two conditions, as theta2 does in theta1 = 0 theta2 = 0; "" if there is none.
 
-    Such a joint is the last factor of a product between two equals signs.
+    The parser takes this text for theta1 = 0*theta2 = 0, so such a joint is the last factor between two equals signs.
     """
     products = (side for node in iterate_nodes(tree) for side in list_equation_sides(node)[1:-1] if side.kind == "*")
     factors = (product.args[1] for product in products)
@@ -326,7 +327,7 @@ def _is_bare_formula(node: Node, joints: Sequence[str]) -> bool:
 
 
 def _drop_blanks(node: Node) -> Node:
-    """Return conditions without blanks and without entries that have no content, such as det J = 0 and k in Z.
+    """Return conditions without blanks, and without statements that are no conditions: det J = 0 and k in Z.
 
     The dots in 0, pi, … are a blank.
     """
@@ -347,7 +348,8 @@ def _substitute_whole_numbers(node: Node) -> Node:
     ParseError if the result is too long.
     """
     index = next((i for i, arg in enumerate(node.args) if _lists_whole_numbers(arg)), 0) if node.kind == "list" else 0
-    if not index or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[index + 1 :]):
+    # Only values that follow a condition, and are followed by no other statement, are substituted.
+    if index == 0 or any(arg.kind in ("eq", "in", "and", "or", "dict", "list") for arg in node.args[index + 1 :]):
         return node
     name, value_node = node.args[index].args
     values = [*(value_node.args if value_node.kind in ("list", "set") else (value_node,)), *node.args[index + 1 :]]
@@ -418,7 +420,7 @@ def _is_condition(node: Node, joints: Sequence[str]) -> bool:
 _BEFORE_GROUPING = re.compile(r"(?:[-+*/^=·−]|\b(?:sin|cos|tan|sqrt|exp|abs|asin|acos|atan|arcsin|arccos|arctan))\s*$")
 """Matches text before a bracket that only groups: an operator, or a function of one argument."""
 _BRACKET_CONTEXT = 40
-"""Number of characters inspected on each side of a bracket."""
+"""Number of characters inspected on each side of a bracket; a limit keeps the search fast in long texts."""
 _BEFORE_CALL, _AFTER_GROUPING = re.compile(r"\w\s*$"), re.compile(r"\s*[-+*/^·−]")
 """Match a name before a bracket, which makes the bracket a call, and an operator after a bracket that only groups."""
 
@@ -470,17 +472,17 @@ def _is_grouping_bracket(text: str, start: int, end: int | None) -> bool:
     return bool(_BEFORE_GROUPING.search(text_before) or is_operand)
 
 
-# --- helpers for the parsers above ---
-
-
 def read_any(text: str) -> ParsedAnswer:
     """Parse an answer without knowing its expected type."""
     parsed = _parse(text, Domain({}))
     return parsed if parsed.tree is None else replace(parsed, rows=_find_rows(parsed.tree))
 
 
+# --- helpers for the functions above that parse answers ---
+
+
 def _parse(text: str, domain: Domain) -> ParsedAnswer:
-    """Return an answer with only a tree, or a refused answer if the text is blank or can't be parsed."""
+    """Parse a text into an answer that has only a `tree`; refuse a text that is blank or can't be parsed."""
     if not text.strip():
         return ParsedAnswer(text, missing_judgement())
     try:
@@ -506,7 +508,7 @@ def _unwrap(node: Node, domain: Domain) -> Node:
     while node.kind in ("list", "dict") and len(node.args) == 1:
         (inner_node,) = node.args
         if inner_node.kind == "pair" and inner_node.args[0].value in domain.roles:
-            return node
+            return node  # a symbol of the problem is not the name of an entry
         node = inner_node.args[1] if inner_node.kind == "pair" else inner_node
     return node
 
@@ -526,8 +528,8 @@ def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())
     if not sides or (any(find_names(side) & set(domain.roles) for side in sides[1:-1]) and not find_names(sides[-1])):
-        return tree  # det J = a1*a2*sin(theta2) = 0
-    for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # det J = J11*J22 - J12*J21 = …
+        return tree  # det J = a1*a2*sin(theta2) = 0 is an equation for theta2
+    for name, value in ((sides[0], sides[-1]), (sides[-1], sides[0])):  # ignores sides in between
         has_no_symbol = not find_names(name) & set(domain.roles)
         is_student_name = has_no_symbol and (_is_name(name) or _contains_only_jacobian_entries(name))
         is_label = name.kind == "name" and [_normalize_label(str(name.value))] == list(map(_normalize_label, labels))
@@ -537,7 +539,10 @@ def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
 
 
 def _remove_capital_name(text: str, domain: Domain) -> str:
-    """Return the text after the name in "M = m*a1", which is parsed as the mass m if the problem has one."""
+    """Return the text after the name M in "M = m*a1" if the problem has a symbol m, as which M would be parsed.
+
+    Any other text is returned unchanged.
+    """
     match = re.fullmatch(r"\s*([A-Z]\w*)\s*:?=([^=]+)", text, re.DOTALL)
     has_other_meaning = match is not None and match[1] not in domain.roles and match[1].lower() in domain.roles
     return match[2] if match is not None and has_other_meaning else text
@@ -600,7 +605,7 @@ def _find_rows(tree: Node) -> Matrix | None:
 
 
 _SYMBOL_LETTERS = {"a", "alpha", "d", "q", "theta"}
-"""The letters of the symbols of an arm, such as d1, which may be on both sides of an equation."""
+"""The letters of the symbols of an arm, such as d1. A name with such a letter is a symbol, not a numbered entry."""
 
 
 def _sort_by_number(entries: Mapping[str, Node]) -> tuple[Node, ...]:
@@ -614,15 +619,16 @@ def _sort_by_number(entries: Mapping[str, Node]) -> tuple[Node, ...]:
     return tuple(entry_by_number[position] for position in positions)
 
 
-def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (0, 0)) -> Node:
+def _remove_labels(node: Node, labels: Sequence[str] = (), shape: MatrixShape = (0, 0)) -> Node:
     """Return the entries of {qd1: …, qd2: …}, [qd1 = …, qd2 = …] or [(qd1, …), (qd2, …)] in the order of `labels`.
 
     The entries may be inside another list, or joined by "and". The rows of a matrix may be named row1, row2, …, and the
-    entries of a matrix J11, J12, …. A node without names is returned unchanged. Raises ParseError for other names.
+    entries of a matrix J11, J12, …. `shape` has no columns if the answer should not be a matrix or vector. A node
+    without names is returned unchanged. Raises ParseError for other names.
     """
     while node.kind in ("list", "set") and len(node.args) == 1 and node.args[0].kind in ("dict", "list"):
         if node.kind == "list" and node.args[0].kind == "list" and not all(map(_is_named, node.args[0].args)):
-            break
+            break  # a matrix with a single row
         node = node.args[0]
     is_sequence = node.kind in ("dict", "list", "set", "and")
     if not is_sequence or not all(_is_named(arg, allows_tuple=True) for arg in node.args):
@@ -630,7 +636,7 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
     entries = {_normalize_label(str(arg.args[0].value)): arg.args[1] for arg in node.args}
     if len(entries) != len(node.args):
         if not all(map(_is_named, node.args)):
-            return node
+            return node  # (a, …) and (a, …) may be rows that begin with the same symbol
         names = [str(arg.args[0].value) for arg in node.args]
         normalized_names = list(map(_normalize_label, names))
         repeated_name = next(name for name in names if normalized_names.count(_normalize_label(name)) > 1)
@@ -641,12 +647,12 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
     rows, columns = shape
     row_names = [f"row{i + 1}" for i in range(rows)]
     entry_names = [f"j{i + 1}{j + 1}" for i in range(rows) for j in range(columns)]
-    for expected_names in (row_names, entry_names):
-        if set(entries) == set(expected_names) and columns:
-            ordered_entries = [entries[label] for label in expected_names]
-            if len(expected_names) > rows or columns == 1:
-                return make_rows(ordered_entries[i : i + columns] for i in range(0, len(expected_names), columns))
-            return Node("list", tuple(ordered_entries))
+    if columns > 1 and set(entries) == set(row_names):
+        return Node("list", tuple(entries[name] for name in row_names))
+    for names_in_order in (row_names, entry_names):
+        if columns and set(entries) == set(names_in_order):
+            ordered_entries = [entries[name] for name in names_in_order]
+            return make_rows(ordered_entries[i : i + columns] for i in range(0, len(ordered_entries), columns))
     if not entries or not all(map(_is_named, node.args)):
         return node
     has_all_entries = not labels and columns <= 1 and len(entries) == rows
@@ -657,19 +663,20 @@ def _remove_labels(node: Node, labels: NameSequence = (), shape: MatrixShape = (
     raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
 
 
-def _stack_vectors(node: Node, shape: MatrixShape, labels: NameSequence, columns: NameSequence) -> Node | None:
-    """Return the matrix that v = […], ω = […] or z0 = […], z1 = […] define, in any order; None for anything else.
+def _stack_vectors(node: Node, shape: MatrixShape, labels: Sequence[str], columns: Sequence[str]) -> Node | None:
+    """Return the twist that v = […], ω = […] define, or the matrix with the columns z0 = […], z1 = […].
 
-    The columns of a Jacobian may also be named J1, J2, …, and the columns with screws S1, S2, ….
+    The vectors may be in any order. The columns of a Jacobian may also be named J1, J2, …, and the columns with screws
+    S1, S2, …. Returns None for anything else.
     """
     if node.kind not in ("dict", "list", "set", "and") or not all(map(_find_entry_name, node.args)):
         return None
     components = [_normalize_label(label) for label in labels]
     first_letter = _normalize_label(_find_entry_name(node.args[0]))[:1] if node.args else ""
-    if not columns and shape[1] > 1 and first_letter in ("j", "s"):
-        columns = [f"{first_letter}{i + 1}" for i in range(shape[1])]
+    has_numbered_columns = not columns and shape[1] > 1 and first_letter in ("j", "s")
+    column_names = [f"{first_letter}{i + 1}" for i in range(shape[1])] if has_numbered_columns else columns
     is_twist = components in ([*VELOCITY_NAMES], [*VELOCITY_NAMES[3:], *VELOCITY_NAMES[:3]])
-    expected_names = [components[0][0], components[3][0]] if is_twist else list(map(_normalize_label, columns))
+    expected_names = [components[0][0], components[3][0]] if is_twist else list(map(_normalize_label, column_names))
     vectors = {_normalize_label(_find_entry_name(arg)): _find_vector_entries(arg.args[1]) for arg in node.args}
     if not expected_names or len(node.args) != len(expected_names) or set(vectors) != set(expected_names):
         return None
@@ -742,7 +749,7 @@ def _require_shape(rows: Matrix, expected: tuple[int, int], text: str) -> Matrix
             raise _Refusal(f"your answer is {shape[0]} × {shape[1]}, {expected_words} entries{hint}")
         noun = "entry" if max(shape) == 1 else "entries"
         raise _Refusal(f"your answer has {max(shape)} {noun}, {expected_words}{hint}")
-    actual_size, expected_size = (f"{rows} × {columns}" for rows, columns in (shape, expected))
+    actual_size, expected_size = (f"{row_count} × {column_count}" for row_count, column_count in (shape, expected))
     raise _Refusal(f"your answer is {actual_size}, but it must be {expected_size}{hint}")
 
 

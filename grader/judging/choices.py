@@ -65,6 +65,7 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
     is_complete = option_indices is not None and len(option_indices) == len(items)
     expected_form = f"{len(items)} letters ({letters}), one for each item from {items[0]} to {items[-1]}"
     parsed = _make_parsed_answer(text, option_indices if is_complete else None, f"must have exactly {expected_form}")
+    # The diagnosis also explains the letters of an answer that is refused because it is incomplete.
     return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(option_indices or ()))
 
 

@@ -38,6 +38,7 @@ def compare(answer_type: str, student: str, reference: Any, joints: Sequence[str
     except ParseError as error:
         raise QdotError(f"the reference can't be parsed: {error}") from None
     domain = _make_default_domain(trees, student, joints)
+    # The texts are parsed again with the names of all symbols, including those of the student's text.
     trees = [parse_reference(text, frozenset(domain.roles)) for text in texts]
     seed = hashlib.sha256(repr((answer_type, student, reference)).encode("utf-8", "surrogatepass")).hexdigest()
     if answer_type == "expression":

@@ -54,7 +54,7 @@ def read_answer(problem: Problem, part: Part, text: str, functions_seed: str = "
 
 
 def explain_unparsed_entry(problem: Problem, part: Part, text: str) -> str:
-    """Say which entry of a matrix that a web page made from its fields can't be parsed, and why; "" for other answers.
+    """Return which entry of a matrix, made by a web page from its fields, can't be parsed, and why; "" for others.
 
     >>> from qdot import generate
     >>> problem = generate("planar-2r/7", ["position"])

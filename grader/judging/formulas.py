@@ -115,16 +115,17 @@ def judge_compared_matrix(
 def _describe_correct_count(
     is_correct: Sequence[bool], is_blank: Sequence[bool], is_zero: Sequence[bool], noun: str = "entries"
 ) -> str:
-    """Return a clause with the number of correct entries. Entries that are zero in the reference don't count.
+    """Return a clause with the number of correct entries; "" if there is only one entry.
 
-    `is_zero` is whether each entry of the reference is zero. If all of them are zero, all entries count.
+    Entries that are zero in the reference don't count; the clause has the number of wrong answers to them. `is_zero` is
+    whether each entry of the reference is zero. If all of them are zero, all entries count.
     """
+    if len(is_zero) == 1:
+        return ""
     is_ignored = list(is_zero) if not all(is_zero) else [False] * len(is_zero)
     correct_count = sum(is_right and not ignored for is_right, ignored in zip(is_correct, is_ignored, strict=True))
     total = is_ignored.count(False)
     spoiled_count = count_spoiled_zeros(is_correct, is_ignored, is_blank)
-    if len(is_zero) == 1:
-        return ""
     adjective = "nonzero " if any(is_ignored) else ""
     if total == 1:
         count_words = f"the only nonzero entry is {'right' if correct_count else 'not right'}"
@@ -195,15 +196,16 @@ def judge_numbers(
         digits = max(SHOWN_DIGITS, Rounding(tolerance, floors[wrong_index]).count_digits(reference[wrong_index]))
         example = EntryDifference(wrong_index, {}, answer_value, float(f"{reference[wrong_index]:.{digits}g}"))
         count_words = _describe_correct_count(is_correct, is_blank, is_zero, "numbers")
-        subject = "your number" if len(reference) == 1 else f"number {wrong_index + 1}"
-        difference = f"{subject}{_describe_both_values(example, units[wrong_index])}"
-        differences = [_describe_blanks(is_blank, "number", "numbers"), difference]
         if is_blank[wrong_index]:
             blank_numbers = [str(index + 1) for index, blank in enumerate(is_blank) if blank]
             differences = [
                 f"number {blank_numbers[0]} was left blank" if len(blank_numbers) == 1
                 else f"numbers {', '.join(blank_numbers[:-1])} and {blank_numbers[-1]} were left blank"
             ]  # fmt: skip
+        else:
+            subject = "your number" if len(reference) == 1 else f"number {wrong_index + 1}"
+            difference = f"{subject}{_describe_both_values(example, units[wrong_index])}"
+            differences = [_describe_blanks(is_blank, "number", "numbers"), difference]
         reason = "; ".join(filter(None, [count_words, *differences]))
         share = compute_share_of_entries(is_correct, is_zero, is_blank)
         judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
@@ -267,9 +269,9 @@ def _make_pivot_certificate(
 ) -> Certificate:
     """Return a certificate that shows the student's entry, and the value that would fit the student's pivot.
 
-    `expected_entry` and `student_entry` are the pivots of the reference and of the answer, at the index `pivot`. The
-    comparison multiplied both values by the expected pivot. If the expected pivot is zero at the counterexample, the
-    student's pivot is not zero, so the counterexample shows the pivot instead.
+    `expected_entry` and `student_entry` are the pivots of the reference and of the answer, at the index `pivot`; see
+    `_judge_symbolic_direction`. The comparison multiplied both values by the expected pivot. If the expected pivot is
+    zero at the counterexample, the student's pivot is not zero, so the counterexample shows the pivot instead.
     """
     example = certificate.counterexample
     if not isinstance(example, EntryDifference):
@@ -374,7 +376,7 @@ def _judge_set(
     if comparison.are_equal and claimed_pieces:
         return correct_judgement(_make_set_certificate(comparison))
     tolerant_space, tolerant_comparison = space, comparison
-    if comparison.is_only_rounded:
+    if comparison.is_only_rounded:  # rounded joint values earn part of the points
         tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
         tolerant_comparison = compare_sets(claimed_pieces, reference_pieces, tolerant_space, seed)
     # A piece that is not sound may also cover part of the reference; only sound pieces count for the share.
@@ -388,6 +390,7 @@ def _judge_set(
     match_counts = _count_covered_pieces(
         is_covered, conditions, lambda piece: _is_found_in_part(piece, sound_pieces, tolerant_space, seed)
     )
+    # A wrong value of a joint counts differently if the student also found a right value of this joint.
     true_joints = {_find_restricted_joints(piece, space) for piece in sound_pieces}
     false_pieces = [piece for piece, is_sound in pieces_and_soundness if is_sound is False]
     false_joints = [_find_restricted_joints(piece, space) for piece in false_pieces]
@@ -401,6 +404,7 @@ def _judge_set(
         rounding_words = f"correct except for rounding{_describe_configuration(rounded_values, space.joints)}"
         reason = f"{rounding_words}; write {_EXACT_VALUE_HINT}{reason and f'; {reason}'}"
     if tolerant_comparison.surplus is not None and _are_degrees(claimed_pieces, reference_pieces, space, seed):
+        # This reason explains all wrong conditions, so the message doesn't count them.
         reason, false_count = "your values are in degrees, but the question asks for radians", 0
     match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
     reason = match_words + (reason or "your answer contains no configuration")
