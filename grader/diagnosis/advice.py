@@ -152,14 +152,14 @@ def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float
     is_common = np.isfinite(ratios).all() and (np.abs(ratios - factor) <= tolerance * abs(factor)).all()
     if not is_common or factor in (0.0, 1.0):
         return
-    if len(ratios) == 1:  # a single wrong number always differs by some factor
-        tolerance = SINGLE_NUMBER_TOLERANCE
+    # A single wrong number always differs by some factor, so this factor must be more precise.
+    factor_tolerance = SINGLE_NUMBER_TOLERANCE if len(ratios) == 1 else tolerance
     are_angles = set(part.answer.expected_units) == {"rad"}
     for candidate, words in FACTOR_WORDS.items():
         if are_angles and candidate in FACTORS_OF_LENGTHS:
             continue
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
-            if abs(factor / known_factor - 1) < tolerance:
+            if abs(factor / known_factor - 1) < factor_tolerance:
                 yield f"Your answer is too {size_word} by a factor of {words}"
     if len(ratios) > 1 and np.ptp(expected[is_nonzero].real) > FORMULA_TOLERANCE:
         yield (
@@ -202,7 +202,8 @@ def _remark_on_symbols(
     relevant_names = []
     for name in sorted(names, key=make_natural_sort_key):
         values_after = pair.evaluate({**values, name: values[name] + JOINT_CHANGE})
-        if [*map(_has_changed, values_after, values_before)] == [not are_missing, are_missing]:
+        answer_changes, expected_changes = map(_has_changed, values_after, values_before)
+        if (answer_changes, expected_changes) == (not are_missing, are_missing):
             relevant_names.append(name)
     if 0 < len(relevant_names) <= MAX_MISSING_SYMBOLS:
         verbs = ("does not contain", "depends") if are_missing else ("contains", "does not depend")
@@ -263,7 +264,10 @@ def _advise_on_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     expressions = [condition for component in components for condition in component.conditions]
     expected_joints = {symbol.name for expression in expressions for symbol in expression.free_symbols}
     named_joints = find_names(parsed_answer.tree)
-    for name in [q.name for q in problem.chain.q if (q.name in expected_joints) != (q.name in named_joints)]:
+    joint_names = [q.name for q in problem.chain.q]
+    differing_names = [name for name in joint_names if (name in expected_joints) != (name in named_joints)]
+    if differing_names:
+        name = differing_names[0]
         fact = f"Your answer {'does not contain' if name in expected_joints else 'contains'} {_write_name(name)}."
         is_square = problem.chain.has_square_jacobian
         zeros = "zeros of the determinant" if is_square else "common zeros of the maximal minors"

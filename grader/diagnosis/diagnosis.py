@@ -67,15 +67,15 @@ LOCATION_WORDS = {"joint", "link", "one"}
 """The names of those values in a message that locate the mistake at one joint or entry.
 
 A mistake without a location changes the whole answer, and hardly ever only the sign of a single entry."""
-NEAREST_MISTAKES = {
+LAST_STEP_MISTAKES = {
     "all-sines-for-cosines", "entry-doubled", "entry-factor", "entry-halved", "entry-sign", "factor-missing",
     "number-typed", "relative-rates",
     "term-missing", "term-sign-typed", "term-signs", "trig-throughout", "trig-typed", "trigs-in-terms",
 }  # fmt: skip
-"""The formula mistakes that are likelier than a mistake in the arm's derivation if the question's formula is more than
-a quantity of the arm."""
-NEAREST_MISTAKES_IN_QUANTITIES = {"relative-rates"}
-"""The formula mistakes that are likelier even if an instructor's question asks for a quantity of the arm."""
+"""The mistakes in the last steps that are likelier than a mistake in the arm's derivation if an instructor's question
+asks for more than a quantity of the arm."""
+LAST_STEP_MISTAKES_IN_QUANTITIES = {"relative-rates"}
+"""The mistakes in the last steps that are likelier even if an instructor's question asks for a quantity of the arm."""
 UNIT_MISTAKES = {"centimetres", "millimetres", "thousandth"}
 """The mistakes in the unit of lengths. A unit that the student typed, as in 2.3 N mm, explains the numbers better."""
 WRONG_UNIT_ADVICE = "Your number would be right in another unit. Check the unit that you typed."
@@ -185,7 +185,8 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
             fits = values.shape == reference.shape and (numeric.match_entries(values) | ~is_wrong).all()
             if fits and is_distinctive(values):
                 return True
-    if is_product(part) or not is_nonzero.all():  # the factors of a product are marked separately
+    # The factors of a product are marked separately, and many mistakes give zeros.
+    if is_product(part) or not is_nonzero.all():
         return False
     diagnoses = (explain_missing_links(wrong_answer), _explain_formulas(wrong_answer, tries_any_number=True))
     return any(diagnosis is not None and diagnosis.is_single_mistake for diagnosis in diagnoses)
@@ -199,8 +200,8 @@ def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswe
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None or not part.answer.is_symbolic or part.answer.is_direction:
         return None
-    was_exchanged = wrong_answer.has_expected_shape and find_exchange(wrong_answer) is not None
-    return None if was_exchanged else _compare_terms(wrong_answer)
+    has_exchanged_entries = wrong_answer.has_expected_shape and find_exchange(wrong_answer) is not None
+    return None if has_exchanged_entries else _compare_terms(wrong_answer)
 
 
 def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
@@ -260,20 +261,20 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     fitting_predictions = []
     has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
     formula, is_number = find_formula(answer.part), answer.part.type == "number"
-    has_instructor_formula = formula is not None and (is_number or not is_quantity(formula))
+    asks_for_more_than_quantity = formula is not None and (is_number or not is_quantity(formula))
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _explains(prediction, answer):
             if not has_opposite_sign and (cause := _find_cause(prediction, earlier_mistakes)):
                 return _name_inherited(prediction, cause)
             if has_opposite_sign and prediction.mistake.name in SIGN_MISTAKES_AT_ONE_PLACE:
                 continue
-            if has_opposite_sign and has_instructor_formula and prediction.mistake.name != "sign":
+            if has_opposite_sign and asks_for_more_than_quantity and prediction.mistake.name != "sign":
                 continue
             fitting_predictions.append(prediction)
             if not earlier_mistakes and prediction.frequency >= 1:
                 break
-    if not has_opposite_sign and (nearest_mistake := _find_nearest_mistake(answer, fitting_predictions)):
-        return nearest_mistake
+    if not has_opposite_sign and (last_step_mistake := _find_last_step_mistake(answer, fitting_predictions)):
+        return last_step_mistake
     if fitting_predictions:
         return _name_likeliest(answer, fitting_predictions)
     if not answer.has_expected_shape or numeric.is_direction:
@@ -286,7 +287,7 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     )
 
 
-def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
+def _find_last_step_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
     """Return a mistake in the last steps of an answer to an instructor's question, if likelier than the predictions.
 
     Most of these questions ask for more than a quantity of the arm. Then a wrong sign or number in the last steps is
@@ -296,12 +297,12 @@ def _find_nearest_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAn
     formula = find_formula(answer.part)
     if formula is None or not predictions or answer.part.type == "number":
         return None
-    nearest_mistakes = NEAREST_MISTAKES_IN_QUANTITIES if is_quantity(formula) else NEAREST_MISTAKES
+    last_step_mistakes = LAST_STEP_MISTAKES_IN_QUANTITIES if is_quantity(formula) else LAST_STEP_MISTAKES
     if any(prediction.mistake.name in LIKELIEST_IN_OWN_QUESTIONS for prediction in predictions):
         return None
     searches = (_explain_formulas, partial(_explain_formulas, tries_any_number=True), _explain_terms)
     for diagnosis in (search(answer) for search in searches):
-        if diagnosis is not None and diagnosis.is_single_mistake and nearest_mistakes.issuperset(diagnosis.mistakes):
+        if diagnosis is not None and diagnosis.is_single_mistake and last_step_mistakes.issuperset(diagnosis.mistakes):
             return diagnosis
     return None
 
@@ -377,12 +378,13 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     """
     first_prediction = max(predictions, key=lambda prediction: prediction.frequency)
     equivalent_names = list(first_prediction.mistake.equivalent_mistakes)
-    if answer.numeric.is_direction and first_prediction.mistake.name == "row-sign":  # one row, or all other rows
-        equivalent_names.append("row-sign")
+    if answer.numeric.is_direction and first_prediction.mistake.name == "row-sign":
+        equivalent_names.append("row-sign")  # a reversed row gives the same direction as all others reversed
+    # If all signs are wrong, a mistake that reverses all of them is likelier than any other.
     if answer.numeric.equals(-answer.correct_values) and first_prediction.mistake.name not in SIGN_MISTAKES_THROUGHOUT:
         sign_predictions = list(apply_mistake(CATALOGUE["sign"], answer.correct_stages, answer.part))
-        predictions = [*sign_predictions, first_prediction]
-        return _name_predictions([item for item in predictions if _has_values(item, answer.numeric)])
+        sign_candidates = [*sign_predictions, first_prediction]
+        return _name_predictions([item for item in sign_candidates if _has_values(item, answer.numeric)])
     candidates = [first_prediction] + [
         prediction
         for name in equivalent_names
@@ -443,6 +445,7 @@ def _explain_formulas(answer: WrongAnswer, tries_any_number: bool = False) -> Di
     shape = answer.correct_values.shape[:2]
     forms = [form if _find_shape(form) == shape else transpose(form) for form in _list_reference_forms(answer)]
     diagnoses = [explain_formulas(answer, form, tries_any_number) for form in forms if _find_shape(form) == shape]
+    # A mistake that was made everywhere has no signature, because it needs no location.
     return min(
         filter(None, diagnoses),
         key=lambda diagnosis: (len(diagnosis.signature) > 0, not diagnosis.is_single_mistake),
@@ -457,7 +460,8 @@ def _find_shape(rows: Rows) -> tuple[int, int]:
 def _list_reference_forms(answer: WrongAnswer) -> Iterator[Rows]:
     """Yield the formulas of the correct answer as in the worked solution, and then as used for comparison.
 
-    The formulas of a number are those from which an instructor's question follows, if they are short.
+    If an instructor's question asks for a number, the formulas are those from which the number is computed; long
+    formulas are left out.
     """
     problem, part = answer.problem, answer.part
     if part.type == "number" and find_formula(part) is not None:

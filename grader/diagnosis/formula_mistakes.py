@@ -336,8 +336,8 @@ class _WrongEntry:
             return []
         if is_zero:
             words = formula_edits.describe_term(self.reference)
-            has_terms = bool(expand_terms(self.reference, 1))
-            return [EntryMistake("term-missing", words) if has_terms else EntryMistake("entry-missing")]
+            has_one_term = bool(expand_terms(self.reference, 1))
+            return [EntryMistake("term-missing", words) if has_one_term else EntryMistake("entry-missing")]
         mistakes = list(dict.fromkeys((*self._find_edits(), *self._find_surplus(), *self._find_lost_sign())))
         if mistakes or not (is_informative and tries_any_number):
             return mistakes
@@ -378,10 +378,10 @@ class _WrongEntry:
         self, formula: Node, target: NumericAnswer, allowed_mistakes: Collection[str] = CATALOGUE
     ) -> list[formula_edits.Edit]:
         """Return the edits of a formula that give the target, considering only some mistakes."""
-        if not self.is_derivative:
-            allowed_mistakes = set(allowed_mistakes) - formula_edits.DERIVATIVE_MISTAKES
+        impossible_mistakes = frozenset[str]() if self.is_derivative else formula_edits.DERIVATIVE_MISTAKES
+        possible_mistakes = set(allowed_mistakes) - impossible_mistakes
         edits = (
-            edit for edit in formula_edits.edit_entry(formula, self.symbol_values) if edit.mistake in allowed_mistakes
+            edit for edit in formula_edits.edit_entry(formula, self.symbol_values) if edit.mistake in possible_mistakes
         )
         candidates = list(islice(edits, MAX_EDITS))
         if not candidates:
@@ -397,6 +397,7 @@ class _WrongEntry:
         """Yield a mistake if a term or the entry is multiplied by some number, or if some number is added."""
         is_short = count_nodes(self.reference) <= formula_edits.MAX_ENTRY_NODES
         terms = (expand_terms(self.reference, formula_edits.MAX_TERMS) if is_short else None) or []
+        # A wrong factor of a part changes the entry by a multiple of the part; an added number is a multiple of 1.
         parts = [*terms, ONE, *([self.reference] if len(terms) > 1 else [])]
         difference = self.answer.values[0, 0] - self.correct_values
         for part, values in zip(parts, evaluate_formulas(parts, self.symbol_values), strict=True):

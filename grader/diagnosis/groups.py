@@ -267,7 +267,7 @@ def _drop_ambiguous(name_by_value: Mapping[Fraction, Node], sources: Sequence[Nu
     `sources` are the sources of expressions, the most likely source first. A number that is ambiguous within one source
     is left out, and so is every integer, because a 2 may be just a factor.
     """
-    known_numbers = {value for value in name_by_value if value.denominator == 1}
+    known_numbers = set[Fraction]()
     for pairs in (name_by_value.items(), *sources):
         nodes: dict[Fraction, list[Node]] = {}
         for value, node in pairs:

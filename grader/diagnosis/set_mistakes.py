@@ -60,7 +60,7 @@ PieceFingerprint = frozenset[ConditionFingerprint]
 
 @dataclass(frozen=True)
 class SetFingerprint:
-    """The fingerprint of a set: its pieces that give only values of joints, and its other pieces."""
+    """The fingerprint of a set: `valued_pieces` give only values of joints; `tied_pieces` also relate joints."""
 
     valued_pieces: frozenset[PieceFingerprint]
     tied_pieces: frozenset[PieceFingerprint]
@@ -367,7 +367,7 @@ class _Fingerprinter:
             if joint is None:
                 values = values / values[0]
             elif self.joints[joint] == REVOLUTE:
-                turns = values.real / (2 * np.pi)
+                turns = values.real / (2 * np.pi)  # whole turns don't count; a rounding error below 0 counts as 0
                 values = np.round(turns - np.floor(turns + 10.0**-FINGERPRINT_DIGITS), FINGERPRINT_DIGITS) + 0.0
         return (joint or "", tuple(np.round(np.nan_to_num(values, nan=1e9), FINGERPRINT_DIGITS).tolist()))
 

@@ -119,8 +119,10 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
         for term in remaining_terms:
             variants = (variant for variant, variant_values in generate_variants(term) if matching.take(variant_values))
             variant = next(variants, None)
-            differences += [variant] if variant else []
-            unmatched_terms += [] if variant else [term]
+            if variant is None:
+                unmatched_terms.append(term)
+            else:
+                differences.append(variant)
     return None if unmatched_terms else differences
 
 
@@ -140,7 +142,7 @@ def _list_terms(entry: Node, values: SymbolValues) -> list[_Term]:
 
 
 def _square_product_with_root(node: Node) -> Node | None:
-    """Return the square of a product with a root among its factors, without this root; None for other formulas."""
+    """Return the square of a product with a square root among its factors, to remove it; None for other formulas."""
     factors = split_factors(node)
     if not any(_is_root(factor) for factor in factors):
         return None

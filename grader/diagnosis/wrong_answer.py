@@ -56,6 +56,7 @@ class WrongAnswer:
         """
         if is_made_of_jacobian(self.part):
             return np.zeros(self.correct_values.shape[:2], bool)
+        # Only entries that are found by differentiation change if the rows of linear velocities are doubled.
         doubled_rows = self.correct_stages.with_mistakes({"linear rows": lambda _, rows: 2 * rows})
         change = np.abs(compute_answer(doubled_rows, self.part) - self.correct_values)
         return np.asarray((change > RELATIVE_TOLERANCE * np.abs(self.correct_values)).any(axis=-1))
