@@ -135,7 +135,7 @@ class _Notebook:
         self.cells, self.names, self.notes = cells, names, list[str]()
         self._trees, self._remaining_characters = dict[str, ast.Module | None](), MAX_PARSED_CHARACTERS
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
-        slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"
+        slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"  # "$^" never matches
         self._likely_variable = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
         self.bound_names = {index: self._find_names_in_cell(index) for index in self.sources}
 
@@ -237,7 +237,7 @@ class _Notebook:
         return True
 
     def _replace_text(self, index: int, line_number: int, begin: int, end: int, text: str) -> None:
-        """Replace the bytes from `begin` to `end` of a line of a cell by a text; Python's syntax trees count bytes."""
+        """Replace the bytes from `begin` to `end` of a cell's line with a text; Python's syntax trees count bytes."""
         lines = translate_to_python(self.sources[index]).split("\n")
         line = lines[line_number - 1].encode()
         lines[line_number - 1] = (line[:begin] + text.encode() + line[end:]).decode()
@@ -337,7 +337,7 @@ def _is_missing(run: Run, name: str) -> bool:
 
 
 def _use_earlier_value(answers: Answers, name: str) -> None:
-    """Use the last real value of a variable that holds a placeholder or an unreadable value at the end."""
+    """If a variable holds a placeholder or an unreadable value at the end, use the last other value that it had."""
     run = answers.run
     earlier_values = [text for text in run.earlier_values.get(name, ()) if not _is_blank(text)]
     if earlier_values:
@@ -416,7 +416,7 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
     errors = answers.run.cell_errors
     setters = notebook.find_setters(name)
     if len(setters) < 2 or any(note.startswith(f"{name} is ") for note in answers.notes):
-        return
+        return  # an earlier note says which value was used
     stopped_cells = [index for index in setters if index in errors]
     values = {text for text in answers.run.earlier_values.get(name, ()) if not _is_blank(text)}
     fact = f"{name} is set in {_name_cells(setters)}"
@@ -427,10 +427,10 @@ def _note_several_values(answers: Answers, part: str, name: str, notebook: _Note
 
 
 def _describe_replacement(name: str, index: int, value: str) -> str:
-    """Return a note that a number, which a cell assigned to a symbol, replaced the symbol in answers."""
-    name, value = make_printable(name), make_printable(value)
-    effect = f"{name} = {value} in {_name_cells([index])} replaces the symbol by a number, also in later answers"
-    return f"{effect}. Use .subs to insert a value, and {name} = symbols('{name}') to restore the symbol"
+    """Return a note on a cell that assigned a number to the name of a symbol, which answers therefore lack."""
+    symbol, number = make_printable(name), make_printable(value)
+    effect = f"{symbol} = {number} in {_name_cells([index])} replaces the symbol by a number, also in later answers"
+    return f"{effect}. Use .subs to insert a value, and {symbol} = symbols('{symbol}') to restore the symbol"
 
 
 def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
@@ -481,7 +481,7 @@ def _read_line(notebook: _Notebook, index: int, line_number: int) -> str:
 def _find_first_stop(notebook: _Notebook, stop_notes: Mapping[int, str]) -> list[str]:
     """Return a list with the note on the first cell that stopped if this cell is above all answers; else an empty list.
 
-    The answers may depend on such a cell. `stop_notes` are the notes by the index of the cell.
+    The answers may depend on such a cell. `stop_notes` maps the index of each cell that stopped to its note.
     """
     first_answer = min((index for index, names in notebook.bound_names.items() if names), default=len(notebook.cells))
     return [stop_notes[index] for index in sorted(stop_notes) if index < first_answer][:1]
@@ -527,7 +527,7 @@ def describe_unset(name: str) -> str:
 
 def _describe_end(run: Run) -> str:
     """Return a note on how a run ended early, and in which cell; empty if the run did not end early."""
-    return run.describe_end() if run.last_begun_cell is None else run.describe_end(_name_cells([run.last_begun_cell]))
+    return run.describe_end("" if run.last_begun_cell is None else _name_cells([run.last_begun_cell]))
 
 
 def _explain_unquoted_letter(name: str, line: str, error: str) -> str:
@@ -542,7 +542,7 @@ def _explain_unquoted_letter(name: str, line: str, error: str) -> str:
 
 
 def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]) -> str:
-    """Return the likely cause if the error of a cell is an undefined name, and what to do; otherwise "".
+    """Return why a name in a cell is probably undefined, or what to do about it; "" if the error is another one.
 
     The cause is the first cell above that stopped before it set the name, or a misspelt name. `errors_above` are
     clauses on the cells above that stopped, such as "cell 3 stopped at line 2 (…)".
@@ -574,9 +574,11 @@ def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]
 _MODULE_IMPORTS = {
     "sympy": "import sympy", "sp": "import sympy as sp", "numpy": "import numpy", "math": "import math",
 }  # fmt: skip
+"""Maps the name of a module to the statement that imports the module under this name."""
 _GREEK_FUNCTIONS = {"beta", "gamma", "zeta"}
 """Functions of SymPy whose names students use for angles instead."""
 _COMMON_FUNCTIONS = {"sin", "cos", "tan", "sqrt", "atan2", "simplify", "Matrix", "symbols", "solve", "diff", "zeros"}
+"""Names that students often misspell."""
 
 
 def _may_set(source: str, name: str) -> bool:

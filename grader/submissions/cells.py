@@ -171,10 +171,11 @@ def _parse_content(name: str, label: str, data: bytes) -> Content:
 
 def _decode(label: str, data: bytes) -> str:
     """Return the text of a file in any encoding that editors use, with Unix line ends. Raises Unreadable."""
+    # latin-1 decodes any bytes, so it is not tried if a zero byte shows that the file may not be text.
     encodings = ["utf-8-sig"] if b"\0" in data[:4096] else ["utf-8-sig", "cp1252", "latin-1"]
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         encodings = ["utf-16"]
-    elif data[1:2] == b"\0":
+    elif data[1:2] == b"\0":  # UTF-16 without a byte order mark
         encodings = ["utf-16-le"]
     for encoding in encodings:
         with contextlib.suppress(UnicodeDecodeError):
@@ -195,6 +196,7 @@ def _parse_notebook(label: str, text: str) -> Content:
     if sum(map(text.count, ",[{")) > MAX_JSON_VALUES:  # one of these characters precedes each value
         raise OverLimit(_TOO_LARGE.format(label))
     try:
+        # Integers are parsed as floats, because Python refuses integers with thousands of digits.
         data = json.loads(text, object_pairs_hook=_drop_outputs, parse_int=float)
     except json.JSONDecodeError as error:
         cause = ""
@@ -282,7 +284,10 @@ def _split_script(text: str) -> Iterator[Cell]:
 
 
 def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
-    """Yield adjacent statements as one cell; a statement after a blank line or a comment begins the next cell."""
+    """Yield adjacent statements as one cell; a statement after a blank line or a comment begins the next cell.
+
+    In the comment above a cell, a line that begins with "# +" has the options of the cell.
+    """
     begins_cell = [n == 0 or not lines[n - 1].strip() or lines[n - 1].startswith("#") for n in range(len(lines))]
     cell_starts = [number for number in _find_statements(text, lines) if begins_cell[number]]
     for begin, end in zip(cell_starts, [*cell_starts[1:], len(lines)], strict=True):

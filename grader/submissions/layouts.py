@@ -182,17 +182,21 @@ MAX_DEPTH = 5
 
 def list_nested_folders(root: Path) -> Iterator[Path]:
     """Yield a folder, then the folder that is its only entry, and so on, as in an unpacked export."""
-    yield root
+    folder = root
+    yield folder
     for _ in range(MAX_DEPTH):
-        entries = _list_entries(root)
+        entries = _list_entries(folder)
         if len(entries) != 1 or entries[0].is_symlink() or not check_safely(entries[0].is_dir):
             return
-        (root,) = entries
-        yield root
+        (folder,) = entries
+        yield folder
 
 
 def find_submitted_paths(root: Path) -> list[SubmittedPath]:
-    """Return the submitted files and folders in a folder of submissions, with the owners that their names suggest."""
+    """Return the submitted files and folders in a folder of submissions, with the owners that their names suggest.
+
+    Recognised files without an owner, such as a platform's list of submissions, are left out.
+    """
     remaining_paths, submissions = _list_entries(root), list[SubmittedPath]()
     for recognise in LAYOUTS.values():
         submissions += recognise(root, remaining_paths)
@@ -222,13 +226,13 @@ def _read_gradescope_records(path: Path) -> dict[str, _GradescopeRecord]:
     records, record, section = dict[str, _GradescopeRecord](), _GradescopeRecord(), ""
     with path.open(encoding="utf-8", errors="replace") as file:
         for line in map(str.rstrip, file):
-            if match := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:$""", line):
+            if match := re.match(r"""(["']?)([^\s:"'-][^:"']*)\1:$""", line):  # submission_123:
                 record, section = records.setdefault(match.group(2), _GradescopeRecord()), ""
-            elif match := re.match(r"  :(\w+):\s*(.*)", line):
+            elif match := re.match(r"  :(\w+):\s*(.*)", line):  # "  :created_at: …" or "  :submitters:"
                 section = match.group(1)
                 if section == "created_at":
                     record.created_at = _parse_time(_parse_scalar(match.group(2)))
-            elif section == "submitters" and (match := re.match(r"\s+(- )?:(\w+):\s*(.*)", line)):
+            elif section == "submitters" and (match := re.match(r"\s+(- )?:(\w+):\s*(.*)", line)):  # "  - :name: …"
                 if match.group(1) or not record.people:
                     record.people.append({})
                 record.people[-1][match.group(2)] = _parse_scalar(match.group(3))
@@ -250,7 +254,7 @@ def _parse_time(text: str) -> datetime.datetime | None:
     The default zone is UTC, and fractions of a second are omitted.
     """
     with suppress(ValueError):
-        text = re.sub(r"\s+([+-][\d:]+)$", r"\1", text)
-        moment = datetime.datetime.fromisoformat(re.sub(r"\s*(Z|UTC)$", "Z", text))
+        text_with_offset = re.sub(r"\s+([+-][\d:]+)$", r"\1", text)
+        moment = datetime.datetime.fromisoformat(re.sub(r"\s*(Z|UTC)$", "Z", text_with_offset))
         return moment.replace(microsecond=0, tzinfo=moment.tzinfo or datetime.UTC)
     return None

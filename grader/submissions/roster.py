@@ -38,7 +38,7 @@ class PossibleOwners:
 class Roster:
     """Looks up the owner of a submission in a class.
 
-    `moodle_numbers` maps the numbers for which `qdot release` packed notebooks for Moodle to the students.
+    `moodle_numbers` maps the Moodle numbers under which `qdot release` packed notebooks to the students.
     """
 
     def __init__(self, students: "Sequence[Student]", moodle_numbers: Mapping[str, str] | None = None) -> None:

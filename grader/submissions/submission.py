@@ -129,16 +129,17 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     folder = SubmissionFolder({})
     certain_paths, doubtful_paths = defaultdict[str, list[SubmittedPath]](list), defaultdict[str, list[Path]](list)
     roster = _make_roster(assignment.roster, assignment.folder)
-    root = _find_root(roster, root)
-    for submitted_path, owner in _find_owners(roster, root, assignment.key):
+    inner_root = _find_root(roster, root)
+    for submitted_path, owner in _find_owners(roster, inner_root, assignment.key):
         name = make_printable(submitted_path.path.name)
         if owner.reason and not owner.students:
             folder.uncertain_owners.append(f"{name}: {owner.reason}; not graded")
             continue
-        is_likely = submitted_path.platform or _rank_by_ending(submitted_path.path.name) < _DOCUMENT_RANK
+        may_be_notebook = _rank_by_ending(submitted_path.path.name) < _DOCUMENT_RANK
         if owner.is_certain:
             certain_paths[owner.students[0]].append(submitted_path)
-        elif is_likely or check_safely(submitted_path.path.is_dir):  # other files, such as a README, are ignored
+        elif submitted_path.platform or may_be_notebook or check_safely(submitted_path.path.is_dir):
+            # Other files, such as a README, are ignored.
             for student in owner.students:
                 doubtful_paths[student].append(submitted_path.path)
             if owner.students:
@@ -146,7 +147,8 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
                 if submitted_path.platform and submitted_path.ids:
                     column = f"{submitted_path.platform.lower()} id"
                     advice = f"; enter {submitted_path.ids[0]} in the column {column!r} of the owner in roster.csv"
-                    advice += " (the grading worksheet has the numbers)" * (submitted_path.platform == "Moodle")
+                    if submitted_path.platform == "Moodle":
+                        advice += " (the grading worksheet has the numbers)"
                 message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded{advice}"
                 folder.uncertain_owners.append(message)
             else:
@@ -154,12 +156,12 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
     for student in dict.fromkeys((*certain_paths, *doubtful_paths)):
         if files := _select_files(certain_paths[student], assignment.key, doubtful_paths[student]):
             folder.by_student[student] = files
-    folder.by_student.update(_read_not_fetched(root / NOT_FETCHED_FILE))
+    folder.by_student.update(_read_not_fetched(inner_root / NOT_FETCHED_FILE))
     return folder
 
 
 def _make_roster(students: "Sequence[Student]", folder: Path) -> Roster:
-    """Return the students, with the numbers in Moodle for which `qdot release` packed notebooks of the assignment."""
+    """Return the roster of the students, with the Moodle numbers under which `qdot release` packed their notebooks."""
     from qdot.exercises.assignment.handout import read_moodle_numbers
 
     return Roster(students, read_moodle_numbers(folder))
@@ -180,8 +182,8 @@ def _find_root(roster: Roster, root: Path) -> Path:
 def _find_owners(roster: Roster, root: Path, key: str = "") -> list[tuple[SubmittedPath, PossibleOwners]]:
     """Return the submitted files and folders with their possible owners.
 
-    Students with the same name are distinguished by the names in their notebooks if each of them has submitted one: a
-    student who changes the name in a notebook can't become another student.
+    Students with the same name are distinguished by the names in their notebooks if each of them has submitted one. So
+    a student who changes the name in a notebook can't become another student.
     """
     owners_by_path = {path: _find_possible_owners(roster, path) for path in find_submitted_paths(root)}
     for owners in {owners for owners in owners_by_path.values() if owners.reason == SAME_NAME}:
@@ -292,10 +294,10 @@ def _select_files(
     student's.
     """
     late_flags = [entry.flagged_late for entry in submitted_paths if entry.flagged_late is not None]
-    is_late = any(late_flags) if late_flags else None
+    flagged_late = any(late_flags) if late_flags else None
     received = max((entry.received for entry in submitted_paths if entry.received), default=None)
     platform = next((entry.platform for entry in reversed(submitted_paths) if entry.platform), "")
-    make_student_files = partial(StudentFiles, platform=platform, received=received, flagged_late=is_late)
+    make_student_files = partial(StudentFiles, platform=platform, received=received, flagged_late=flagged_late)
     try:
         refusals = {path: _explain_refusal(path) for entry in submitted_paths for path in _list_files(entry.path)}
         files = [path for path, refusal in refusals.items() if not refusal]
@@ -309,11 +311,11 @@ def _select_files(
     refused_paths = [path for path, refusal in refusals.items() if refusal]
     names = ", ".join(make_printable(path.name) for path in refused_paths[:3])
     reasons = " and ".join(dict.fromkeys(refusals[path] for path in refused_paths[:3]))
-    message = f"{names}: {reasons}; submit the file itself"
+    refusal_note = f"{names}: {reasons}; submit the file itself"
     if files:
-        return make_student_files(tuple(files), (message,) if refused_paths else ())
+        return make_student_files(tuple(files), (refusal_note,) if refused_paths else ())
     if refused_paths:
-        return make_student_files(tuple(refused_paths), (), message)
+        return make_student_files(tuple(refused_paths), (), refusal_note)
     return StudentFiles(tuple(doubtful_paths), (), UNCERTAIN_OWNER) if doubtful_paths else None
 
 
@@ -437,6 +439,7 @@ def select_likely_notebooks(files: Sequence[Path]) -> tuple[tuple[Path, ...], st
     If there are more than `MAX_NOTEBOOKS`, the first notebook and the newest of the others are returned. The note says
     so.
     """
+    # Notebooks and archives are likely; scripts are likely only if there is nothing better; documents never are.
     highest_rank = min(max(_ARCHIVE_RANK, _rank_by_ending(files[0].name)), _DOCUMENT_RANK - 1)
     likely_paths = [path for path in files if _rank_by_ending(path.name) <= highest_rank]
     if len(likely_paths) <= MAX_NOTEBOOKS:
@@ -573,7 +576,7 @@ def explain_refused_upload(submission: Submission, assignment: "Assignment", stu
 
 
 OTHER_VERSION = "the notebook was made from another assignment.toml, redrawn.csv or secret"
-"""The staff's note on a notebook of another version of the assignment."""
+"""The note for the staff on a notebook that was made from another version of the assignment."""
 
 
 class SubmissionNote(NamedTuple):
