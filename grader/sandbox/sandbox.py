@@ -102,7 +102,7 @@ class Replacement(NamedTuple):
 class Run:
     """The result of running a notebook; `end` is how the run ended, as in `Sandbox.exchange`.
 
-    The keys of dicts are the variables' names for answers, and the indices in the notebook for cells.
+    Dicts about answers have the names of variables as keys; dicts about cells have the cells' indices in the notebook.
     """
 
     answers: dict[str, str] = field(default_factory=dict)
@@ -122,11 +122,11 @@ class Run:
     earlier_values: dict[str, list[str]] = field(default_factory=dict)
     """All texts that an answer had during the run, in order."""
     replaced_symbols: dict[str, Replacement] = field(default_factory=dict)
-    """For each variable that was a symbol and became a number, the replacement, if an answer then lacks the symbol."""
+    """For each variable whose symbol a number replaced, the replacement, if an answer then lacks the symbol."""
 
-    def describe_end(self, cell_name: str = "it") -> str:
+    def describe_end(self, cell_name: str = "") -> str:
         """Return a sentence on how the run ended, with the name of the last cell; empty if the run ended normally."""
-        location = "" if cell_name == "it" else f" in {cell_name}"
+        location = f" in {cell_name}" if cell_name else ""
         limits_text = (
             f"{self.limits.memory / 2**30:g} GB of memory, {self.limits.seconds:g} s, "
             f"{isolation.MAX_DISK_BYTES / 1e6:g} MB in at most {isolation.MAX_FILES} files, "
@@ -181,9 +181,9 @@ class Sandbox:
     """Runs notebooks one after the other in isolation; close the sandbox, or use it in a `with` statement.
 
     A `strict` sandbox refuses to run without the measures by which the kernel isolates a notebook. Tests can leave out
-    `disabled_measures`. `processor_seconds` is the limit that the kernel enforces, by default that of `limits`. With
-    `load_libraries`, SymPy and NumPy are loaded before the fork; a probe does not need them. With `warm_up`, typical
-    operations fill SymPy's caches before the fork; this is of no use for a single notebook.
+    `disabled_measures`. `processor_seconds` is the limit that the kernel enforces, by default a second more than that
+    of `limits`. With `load_libraries`, SymPy and NumPy are loaded before the fork; a probe does not need them. With
+    `warm_up`, typical operations fill SymPy's caches before the fork; this is of no use for a single notebook.
 
     `unavailable_measures` maps each measure that this machine does not allow to the reason. `not_started_reason` says
     why the last notebook was not run, if known.
@@ -237,7 +237,7 @@ class Sandbox:
         arguments: Mapping[str, FunctionArguments] | None = None, setup: str = "",
         modules: Mapping[str, str] | None = None,
     ) -> Run:  # fmt: skip
-        """Run the code `setup` of qdot, then the cells that are not None; return the values of `names` as text.
+        """Run qdot's own code `setup`, then the cells that are not None; return the values of `names` as text.
 
         Cells may import `modules`: Python files, by name, that are put into the notebook's folder. An answer that is a
         function is called with the `arguments` for the slot with which the variable's name begins, as in `p1_position`.
@@ -268,6 +268,7 @@ class Sandbox:
                 case {"import": index, "line": number} if _is_cell_index(index, cells) and _is_line_number(number):
                     run.failed_imports.setdefault(index, FailedImport(number, _make_printable(line.get("error"))))
                 case {"replaced": str(symbol), "set": index} if _is_cell_index(index, cells):
+                    # More than 40 characters would make a note unreadable.
                     name, number = (_make_printable(text)[:40] for text in (symbol, line.get("value")))
                     if len(run.replaced_symbols) < isolation.MAX_REPLACED_SYMBOLS:
                         run.replaced_symbols[name] = Replacement(index, number)
@@ -332,7 +333,7 @@ class Sandbox:
         return self._folder is not None and len(list(Path(self._folder.path).iterdir())) > 1
 
     def _finish_last_notebook(self) -> None:
-        """Wait for the end of the last notebook; if the forking process has ended, close, so that it restarts."""
+        """Wait for the end of the last notebook. If the forking process has ended, close the sandbox, to restart it."""
         if self._last_report is not None:
             try:
                 self._await_notebook_end()
@@ -475,7 +476,7 @@ class _ReportLines:
         used_seconds, now = self._get_processor_time(), time.monotonic()
         end_time = self._start_time + self._seconds + isolation.MAX_SLOWDOWN * used_seconds
         remaining = min(self._seconds - used_seconds, end_time - now)
-        self._deadline = now + max(remaining, 0.02)
+        self._deadline = now + max(remaining, 0.02)  # the forking process is asked at most 50 times a second
         return remaining <= 0
 
     def ends_within(self, seconds: float) -> bool:

@@ -33,7 +33,10 @@ class TemporaryFolder:
     def remove(self) -> None:
         """Remove the folder and its content."""
         with contextlib.suppress(OSError):
-            folder_removal.remove_folder(self.path) if IS_POSIX else shutil.rmtree(self.path)
+            if IS_POSIX:
+                folder_removal.remove_folder(self.path)
+            else:
+                shutil.rmtree(self.path)
         with contextlib.suppress(OSError):
             os.close(self.descriptor)
 

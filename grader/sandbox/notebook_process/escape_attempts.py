@@ -33,7 +33,8 @@ ALLOWED_FILE_BYTES = 8_000_000
 class Attempt(NamedTuple):
     """An attempt: the names of the guarantees that it tests, what it achieves, and the action on the probe's targets.
 
-    If the machine prevents the action, the action raises an exception or returns False.
+    Several names are separated by spaces. If the machine prevents the action, the action raises an exception or returns
+    False.
     """
 
     guarantees: str
@@ -176,7 +177,7 @@ def _leave_nested_folders(_: dict[str, Any]) -> bool:
 
 
 def _signal_by_descriptor(_: dict[str, Any]) -> bool:
-    """Make the notebook launcher the owner of a pipe; writing to the pipe then makes the kernel kill its owner."""
+    """Make the forking process the owner of a pipe; writing to the pipe then makes the kernel kill its owner."""
     reading_end, writing_end = os.pipe()
     fcntl.fcntl(reading_end, fcntl.F_SETOWN, os.getppid())
     fcntl.fcntl(reading_end, fcntl.F_SETSIG, signal.SIGKILL)

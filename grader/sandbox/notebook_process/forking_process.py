@@ -120,7 +120,8 @@ def _find_process_limit(measures: Measures) -> int | None:
         return isolation.MAX_PROCESSES
     with contextlib.suppress(ValueError, OSError):
         kernel_version = tuple(int(part) for part in os.uname().release.split(".")[:2])
-        if measures.is_applied("namespaces") and kernel_version >= (5, 14):  # which counts each namespace separately
+        # Since version 5.14, Linux counts the processes in each user namespace separately.
+        if measures.is_applied("namespaces") and kernel_version >= (5, 14):
             return isolation.MAX_PROCESSES
     user_id, thread_count = os.geteuid(), 0
     with contextlib.suppress(OSError):
@@ -228,7 +229,7 @@ def _run_child(measures: Measures, folder: str, parent_pid: int, request_reader:
     """Run one notebook in this process, and end the process."""
     try:
         os.setsid()
-        sys.setrecursionlimit(3000)
+        sys.setrecursionlimit(3000)  # for long formulas; Python's default is 1000
         os.environ.update(HOME=folder, TMPDIR=folder, MPLCONFIGDIR=folder, XDG_CACHE_HOME=folder)
         tempfile.tempdir = folder
         try:

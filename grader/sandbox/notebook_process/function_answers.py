@@ -43,6 +43,9 @@ _ELEMENTWISE: dict[str, Any] = {
 }  # fmt: skip
 """SymPy's functions by the names in NumPy or `math`."""
 _NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
+"""The names in NumPy of functions that have other names in `math`."""
+MAX_ENTRIES = 100
+"""Maximum number of entries of a function's value; no expected answer has so many."""
 
 
 def evaluate_function(function: Any, arguments: Mapping[str, Any]) -> Any:
@@ -79,7 +82,7 @@ def _tabulate_values(function: Any, arguments: Mapping[str, Any]) -> dict[str, A
         returned_values = numpy.asarray(function(*_match_arguments(function, arguments, symbol_values.__getitem__)))
         if returned_values.dtype.kind not in "biufcO":
             raise TypeError(f"the function returns a {type(returned_values.flat[0]).__name__}, not a number")
-        if shape not in (None, returned_values.shape) or returned_values.ndim > 2 or returned_values.size > 100:
+        if shape not in (None, returned_values.shape) or returned_values.ndim > 2 or returned_values.size > MAX_ENTRIES:
             raise TypeError("the function must return a number, a vector or a matrix, always of the same size")
         shape = returned_values.shape
         entries = (complex(entry) for entry in returned_values.flat)  # also converts SymPy's numbers
@@ -96,9 +99,8 @@ def _match_arguments(function: Any, arguments: Mapping[str, Any], get_value: Cal
         names: list[str] = [str(symbol) for symbol in function.variables]
         takes_any_number = False
     else:
-        if isinstance(function, numpy.vectorize):
-            function = function.pyfunc
-        parameters = inspect.signature(function).parameters.values()
+        python_function = function.pyfunc if isinstance(function, numpy.vectorize) else function
+        parameters = inspect.signature(python_function).parameters.values()
         positional_kinds = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
         names = [p.name for p in parameters if p.kind in positional_kinds and p.default is inspect.Parameter.empty]
         takes_any_number = any(p.kind is inspect.Parameter.VAR_POSITIONAL for p in parameters)

@@ -175,13 +175,14 @@ def make_folder(measures: Measures, parent: str) -> str:
 
     In a private root, the folder is in a new file system of limited size.
     """
-    if measures.is_applied("namespaces"):
+    has_private_root = measures.is_applied("namespaces")
+    actual_parent = NOTEBOOK_FOLDER if has_private_root else parent
+    if has_private_root:
         data = f"size={MAX_DISK_BYTES},nr_inodes={MAX_FILES},mode=755"
         kernel.mount("qdot", NOTEBOOK_FOLDER, "tmpfs", kernel.MS_NOSUID | kernel.MS_NODEV, data)
-        parent = NOTEBOOK_FOLDER
-    folder = tempfile.mkdtemp(prefix="qdot-run-", dir=parent)
+    folder = tempfile.mkdtemp(prefix="qdot-run-", dir=actual_parent)
     if measures.user is not None and measures.is_applied("user"):
-        os.chmod(parent, 0o711)  # noqa: S103 - that user has to reach its folder
+        os.chmod(actual_parent, 0o711)  # noqa: S103 - that user has to reach its folder
         os.chown(folder, measures.user, measures.user)
     return folder
 
@@ -299,7 +300,8 @@ def die_with_parent(parent_pid: int) -> None:
     if sys.platform == "linux":
         with contextlib.suppress(OSError):
             kernel.prctl(kernel.PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() not in (parent_pid, 0):  # the parent has already ended; 0 is a parent in another namespace
+    # If the parent has already ended, this process has another parent. 0 means that the parent is in another namespace.
+    if os.getppid() not in (parent_pid, 0):
         os._exit(1)
 
 

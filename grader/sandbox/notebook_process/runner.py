@@ -245,7 +245,7 @@ PYTHON_HINTS = r"\. (Maybe you meant|Perhaps you forgot|Did you mean) .*\?$"
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer or, for a function, its result; a text without values if the request can't call the function."""
+    """Return an answer or, for a function, its result; `TABLE_PREFIX` if the request has no arguments for functions."""
     if not issubclass(type(answer), FUNCTION_TYPES):  # isinstance would believe an object's `__class__`
         return answer
     arguments = next((value for slot, value in request["arguments"].items() if name.startswith(f"{slot}_")), None)

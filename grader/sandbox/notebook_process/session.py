@@ -37,7 +37,7 @@ class Session:
     """Runs the cells of one notebook; `variables` are the notebook's variables."""
 
     def __init__(self, cells: Sequence[str], setup: str = "") -> None:
-        """Run the code `setup` of qdot first, because the student may have changed the notebook's first cell.
+        """Run qdot's own code `setup` first, because the student may have changed the notebook's first cell.
 
         `cells` are the sources of all cells that will be run.
         """
@@ -63,15 +63,15 @@ class Session:
         with contextlib.suppress(OSError):  # raised if the folder is gone
             # Python would miss a new file if the folder's time of change is still the same.
             sys.path_importer_cache.pop(os.getcwd(), None)
-        source = translate_to_python(source)
-        codes: Sequence[CodeType] = self._compile(source, cell_name)
+        python_source = translate_to_python(source)
+        codes: Sequence[CodeType] = self._compile(python_source, cell_name)
         while codes:
             try:
                 for code in codes:
                     self._execute(code)
                 return
             except Exception as error:
-                split_cell = _split_at_failed_import(error, source, cell_name)
+                split_cell = _split_at_failed_import(error, python_source, cell_name)
                 if split_cell is None:
                     raise
                 statement, remaining_code = split_cell
@@ -81,13 +81,13 @@ class Session:
 
     def _compile(self, source: str, name: str) -> list[CodeType]:
         """Return a cell's code; if results are stored, the last expression, which is the result, has separate code."""
-        with contextlib.suppress(RecursionError):  # raised for a sum of a thousand terms, whose syntax tree is too deep
-            has_result = self._stores_results and not source.rstrip().endswith(";")
-            tree = ast.parse(source, name) if has_result else ast.Module([], [])
-            if tree.body and isinstance(last_statement := tree.body[-1], ast.Expr):
-                other_statements = ast.Module(tree.body[:-1], tree.type_ignores)
-                code = compile(other_statements, name, "exec", _AWAIT_FLAG, True)
-                return [code, compile(ast.Expression(last_statement.value), name, "eval", _AWAIT_FLAG, True)]
+        if self._stores_results and not source.rstrip().endswith(";"):
+            with contextlib.suppress(RecursionError):  # raised for a sum of a thousand terms: its tree is too deep
+                tree = ast.parse(source, name)
+                if tree.body and isinstance(last_statement := tree.body[-1], ast.Expr):
+                    other_statements = ast.Module(tree.body[:-1], tree.type_ignores)
+                    code = compile(other_statements, name, "exec", _AWAIT_FLAG, True)
+                    return [code, compile(ast.Expression(last_statement.value), name, "eval", _AWAIT_FLAG, True)]
         return [compile(source, name, "exec", _AWAIT_FLAG, True)]
 
     def _execute(self, code: CodeType) -> None:
