@@ -192,7 +192,7 @@ def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) 
         if name not in EXPORT_FORMATS:
             raise make_name_error("export format", name, list(EXPORT_FORMATS))
         if variation and not EXPORT_FORMATS[name].contains_bank:
-            banks = ", ".join(name for name, export_format in EXPORT_FORMATS.items() if export_format.contains_bank)
+            banks = ", ".join(bank for bank, export_format in EXPORT_FORMATS.items() if export_format.contains_bank)
             advice = f"for {name}, set the variation in assignment.toml"
             raise QdotError(f"--variation applies to question banks only ({banks}); {advice}")
     check_choice(sheet, tuple(SHEET_KINDS), "sheet")
@@ -207,15 +207,16 @@ def _write_exports(request: ExportRequest, target_folders: Mapping[str, Path]) -
     if not names:
         return failed_formats
     step_count = sum(EXPORT_FORMATS[name].count_steps(request) for name in names)
-    results: list[str] = []  # printed after the bar, which would be in the way
+    results: list[str] = []  # printed when the progress bar is gone
     with show_progress(f"exporting to {', '.join(names)}", step_count) as counter:
         for name in names:
             replacements = read_replacements(request.assignment.folder)  # the previous format may have added to them
             assignment = replace(request.assignment, replacements=replacements)
-            request = replace(request, assignment=assignment, on_step=counter.step)
+            current_request = replace(request, assignment=assignment, on_step=counter.step)
             folder = target_folders[name]
             try:
-                results.append(f"{name}: {count_noun(_write_export(request, name, folder), 'file')} in {folder}")
+                file_count = _write_export(current_request, name, folder)
+                results.append(f"{name}: {count_noun(file_count, 'file')} in {folder}")
             except QdotError as error:
                 failed_formats[name] = str(error)
     for result in results:

@@ -99,7 +99,7 @@ def grade(
         raise QdotError("--received applies to one student's notebook: add --student ID")
     assignment = load_assignment(folder)
     is_report_printed = any(path == STDOUT for _, path in reports)
-    print_line = note if is_report_printed else print_result  # a report on standard output stays alone
+    print_line = note if is_report_printed else print_result  # nothing is printed beside a report
     for option, value in (("--executor", executor), ("--allow-missing", allow_missing)):
         if student and value:
             raise QdotError(f"{option} applies to a whole class; leave it out with --student")
@@ -145,17 +145,18 @@ def _grade_class(
             note(f"{name}: the roster has no student with this name; not graded{hint}")
         if not executor:  # each worker of a cluster checks its own sandbox
             note_sandbox_weakness(assignment.sandbox == "strict")
-        jobs = min(jobs, len(assignment.roster))
+        process_count = min(jobs, len(assignment.roster))
         with batch.lock_folder(assignment.folder):
             earlier_results = read_previous_results(assignment)
             if not allow_missing:
                 _check_nobody_missing(assignment, source, earlier_results, submission_folder)
             with show_progress("grading", len(assignment.roster)) as counter:
                 results = batch.grade_class(
-                    assignment, submission_folder.by_student, jobs, limits, lambda _: counter.step(), executor=executor
-                )
+                    assignment, submission_folder.by_student, process_count, limits, lambda _: counter.step(),
+                    executor=executor,
+                )  # fmt: skip
             with show_progress("writing feedback", len(results)) as counter:
-                results = write_reports(assignment, results, jobs, counter.step)
+                results = write_reports(assignment, results, process_count, counter.step)
     _print_staff_notes(results)
     group_sizes = Counter(part.group for result in results for part in result.parts.values() if part.group is not None)
     group_keys = [group for group, _ in group_sizes.most_common()]
@@ -181,8 +182,9 @@ def _check_nobody_missing(
     does not name the zip.
     """
     earlier_ids = {student for student, result in earlier_results.items() if result.submission is not None}
+    lost_ids = earlier_ids - submission_folder.by_student.keys()
     ids = [student.id for student in assignment.roster]
-    missing_ids = [student for student in ids if student in earlier_ids - submission_folder.by_student.keys()]
+    missing_ids = [student for student in ids if student in lost_ids]
     if missing_ids:
         students = f"{len(missing_ids)} of {count_noun(len(ids), 'student')} graded in the last run"
         raise QdotError(
@@ -191,13 +193,13 @@ def _check_nobody_missing(
         )
 
 
-def _grade_student(assignment: Assignment, path: Path | None, name: str, received: str, limits: Limits) -> Result:
-    """Grade only the student with the identifier `name`, and return the result.
+def _grade_student(assignment: Assignment, path: Path | None, identifier: str, received: str, limits: Limits) -> Result:
+    """Grade only the student with an identifier, and return the result.
 
     `path` is the student's notebook or folder; if it is None, the submission is taken from DIR/submitted. `received` is
     the text of `--received`, which may be empty.
     """
-    student = assignment.find_student(name)
+    student = assignment.find_student(identifier)
     submission_time = batch.parse_time(received) if received else None
     if path is not None:
         files = find_student_files(assignment, path, submission_time)

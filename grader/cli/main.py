@@ -124,10 +124,11 @@ def _make_group(default_command: str) -> "type[typer.core.TyperGroup]":
 
     class GroupWithDefault(typer.core.TyperGroup):
         def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-            is_other = bool(args) and args[0] not in self.commands and args[0] != "--help"
-            if is_other and not Path(args[0]).exists() and (similar := find_most_similar(args[0], list(self.commands))):
-                ctx.fail(f"{args[0]!r} is no folder and no command; did you mean {similar!r}?")
-            return super().parse_args(ctx, [default_command, *args] if is_other else args)
+            uses_default = bool(args) and args[0] not in self.commands and args[0] != "--help"
+            similar_name = find_most_similar(args[0], list(self.commands)) if uses_default else ""
+            if similar_name and not Path(args[0]).exists():
+                ctx.fail(f"{args[0]!r} is no folder and no command; did you mean {similar_name!r}?")
+            return super().parse_args(ctx, [default_command, *args] if uses_default else args)
 
     return GroupWithDefault
 
@@ -222,10 +223,10 @@ def find_needed_part(arguments: Sequence[str], environment: Mapping[str, str]) -
     """
     if "_QDOT_COMPLETE" in environment:  # a shell asks for completions
         line = environment.get("COMP_WORDS") or environment.get("_TYPER_COMPLETE_ARGS") or ""
-        arguments = f"{line}x".split()[1:]  # the added x makes sure that there is a last, unfinished word
-        return arguments[0] if len(arguments) > 1 else LIST_COMMANDS
+        words = f"{line}x".split()[1:]  # the added x makes sure that there is a last, unfinished word
+        return words[0] if len(words) > 1 else LIST_COMMANDS
     if arguments and arguments[0] not in ("--help", "--version", *COMPLETION_OPTIONS):
-        return " ".join(arguments[:1])
+        return arguments[0]
     return LIST_COMMANDS
 
 
@@ -266,7 +267,7 @@ def run() -> NoReturn:
         sys.stdout.flush()
         sys.stderr.flush()
     except (OSError, ValueError):  # the reading program has ended
-        code = code or 120
+        code = code or 120  # the exit code of Python in this case
     os._exit(code or 0)
 
 

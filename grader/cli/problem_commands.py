@@ -16,8 +16,7 @@ from qdot.exercises.arm.chain import CONVENTIONS
 from qdot.exercises.assignment.sets import DEFAULT_SET, SETS, find_set
 from qdot.exercises.common.console import check_choice, note, print_result, show_status
 from qdot.exercises.common.errors import count_noun
-from qdot.exercises.common.time_limit import DEFAULT_SECONDS as SECONDS
-from qdot.exercises.common.time_limit import MIN_SECONDS, parse_seconds
+from qdot.exercises.common.time_limit import DEFAULT_SECONDS, MIN_SECONDS, parse_seconds
 from qdot.exercises.families import Family
 from qdot.exercises.families.robot_family import read_robot_family
 from qdot.exercises.generation import find_listing, look_up_family, select_quiz_questions
@@ -322,7 +321,7 @@ def solve(
     ] = "",
     time: Annotated[
         str, typer.Option(metavar="SECONDS", help=f"Maximum processor time in seconds, {MIN_SECONDS:g} or more.")
-    ] = f"{SECONDS:g}",
+    ] = f"{DEFAULT_SECONDS:g}",
 ) -> None:
     """Derive the velocity kinematics of your own arm or a real one.
 

@@ -51,8 +51,8 @@ def _configure(
 
     for folder in folders:
         load_assignment(folder)  # reports errors before anything is written
-    url = url or f"http://127.0.0.1:{port}"
-    configure(ServiceOptions(tuple(folder.resolve() for folder in folders), database, url, jobs))
+    address = url or f"http://127.0.0.1:{port}"
+    configure(ServiceOptions(tuple(folder.resolve() for folder in folders), database, address, jobs))
     from django.db import OperationalError
 
     from qdot.grader.serve.class_list import update_folder_class

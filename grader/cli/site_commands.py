@@ -92,9 +92,9 @@ def build_site(
         request = ExportRequest(bank_assignment, find_failures, variant_count, jobs=jobs, report=note)
         problems = list_problems_of_variants(list(iterate_bank(request)))
         course, default_level = loaded_assignment.title, loaded_assignment.feedback
-    level, jobs = feedback or default_level, min(jobs, len(problems))
+    level, process_count = feedback or default_level, min(jobs, len(problems))
     commands = render_reference(context.find_root().command)
-    site = SiteSpec(out, problems, titles, find_failures, jobs, commands, find_docs_folder(), course, level)
+    site = SiteSpec(out, problems, titles, find_failures, process_count, commands, find_docs_folder(), course, level)
     failed_slots: list[FailedSlot] = []
     with show_progress("building the site", len(problems)) as counter:
         totals = write_site(site, counter.step, failed_slots.append)
