@@ -55,8 +55,8 @@ def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Subm
     if reason:
         return [_make_unreadable_attempt(files[0], reason, student_files.over_limit)]
     likely_paths, note = select_likely_notebooks(files)
-    student_files = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
-    read_file = partial(_read_attempt, student_files, assignment_key)
+    files_with_note = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
+    read_file = partial(_read_attempt, files_with_note, assignment_key)
     attempts = [read_file(path) for path in likely_paths]
     if all(attempt.unreadable_reason for attempt in attempts):
         other_paths = [path for path in files[:MAX_FILES_TRIED] if path not in likely_paths]
@@ -278,8 +278,8 @@ def grade_notebook(
         submission = read_submission(Path(path), siblings=find_python_files(Path(path)))
     except Unreadable as error:
         raise QdotError(str(error)) from None
-    secret = secrets.token_hex(16) if secret is None else secret
-    seed = f"{secret}/{submission.sha256}"
+    chosen_secret = secrets.token_hex(16) if secret is None else secret
+    seed = f"{chosen_secret}/{submission.sha256}"
     with Sandbox(limits, strict=strict) as sandbox:
         try:
             answers = run_notebook(sandbox, submission, list(problems.items()), seed)
@@ -289,5 +289,5 @@ def grade_notebook(
     for slot, problem in problems.items():
         reasons = {part.name: answers.explain_missing(slot, part.name) for part in problem.parts}
         texts = answers.map_texts(slot, problem)
-        verdicts[slot] = mark(problem, texts, reasons, secret=secret, functions_seed=seed)
+        verdicts[slot] = mark(problem, texts, reasons, secret=chosen_secret, functions_seed=seed)
     return verdicts

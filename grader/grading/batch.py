@@ -278,6 +278,7 @@ def _make_failed_notebooks(
 
 def marks_path(cache_path: Path, student: str, file: Path | None) -> Path:
     """Return the path of the file that stores the marks of a student's notebook."""
+    # A student may submit NAME both as a single file and in the folder STUDENT.
     name = f"{student}/{'' if file is None else f'{file.name}/{file.parent.name == student}'}"
     return cache_path / f"{hashlib.sha256(name.encode('utf-8', 'surrogateescape')).hexdigest()[:24]}.json"
 

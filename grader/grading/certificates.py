@@ -1,4 +1,4 @@
-"""Read certificates/STUDENT/KEY.json, which records a student's problems as they were released, and compare notebooks.
+"""Read certificates/STUDENT/KEY.json, the record of a student's released problems, and compare notebooks with it.
 
 The certificate contains a record of each problem:
 

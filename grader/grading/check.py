@@ -210,6 +210,7 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
         tree = None if text.strip().startswith(("[", "{")) else parsed_answer.tree
         may_mean_and = tree is not None and combine_with_and(tree, expected.joints) is not None
         return CheckedAnswer(part, True, excerpt + (f" ({OR_HINT})" if may_mean_and else ""))
+    # If the form is unknown, only the name of the part shows that a list is not a matrix, but a list of conditions.
     return CheckedAnswer(part, True, ("" if ".singular" in part else _describe_shape(parsed_answer)) + excerpt)
 
 

@@ -106,21 +106,22 @@ class Cluster:
         while not self._had_workers:
             self._look_for_workers()
             time.sleep(0.1)
-        self.threads = max(32, 2 * sum(client.nthreads().values()))
+        self.threads = max(32, 2 * sum(client.nthreads().values()))  # they only wait for workers, which may become more
         self._brief = client.submit(_return_brief, brief, pure=False)  # the scheduler recreates it if its worker dies
 
     def mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
         """Return the marks of a notebook; None if it crashes its workers twice. Raises QdotError without workers."""
+        sent_submission = submission
         if submission is not None:
             # A notebook's metadata may be nested too deeply to be sent, but the grader only uses texts in it.
             items = submission.qdot_metadata.items()
             metadata = {name: value if isinstance(value, str | None) else True for name, value in items}
-            submission = replace(submission, qdot_metadata=metadata)
-        marks = self._try_to_mark(student, submission)
+            sent_submission = replace(submission, qdot_metadata=metadata)
+        marks = self._try_to_mark(student, sent_submission)
         if marks is not None:
             return marks
         with self._retry_lock:  # only one notebook at a time that may crash its worker
-            return self._try_to_mark(student, submission)
+            return self._try_to_mark(student, sent_submission)
 
     def _try_to_mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:
         """Return the marks of a notebook from a worker; None if the worker crashed. Raises QdotError."""

@@ -88,6 +88,7 @@ class ClassAnswers:
         """Return random values of at least these symbols; a symbol has the same values for the whole class."""
         for name in (name for name in symbol_names if name not in self._sampled_values):
             stream = Stream(f"{self._assignment.secret}/copies/{name}")
+            # Any values will do if they are the same for the whole class, so all symbols are sampled like angles.
             samples = Domain({name: "angle"}).sample({name}, READABLE_POINTS + SAMPLE_COUNT, stream)
             self._sampled_values[name] = samples[name][READABLE_POINTS:]
         return self._sampled_values
@@ -96,5 +97,5 @@ class ClassAnswers:
 def _compute_digest(values: np.ndarray) -> bytes:
     """Return a digest of values; these are rounded first, so that rounding errors don't change the digest."""
     with np.errstate(all="ignore"):
-        rounded_values = np.nan_to_num(np.round(values * ROUNDING_FACTOR), nan=0.0, posinf=0.0, neginf=0.0) + 0.0
+        rounded_values = np.nan_to_num(np.round(values * ROUNDING_FACTOR), nan=0.0, posinf=0.0, neginf=0.0)
     return hashlib.sha256(rounded_values.astype(np.int64).tobytes()).digest()

@@ -130,7 +130,7 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
     new_contents = dict(_shorten_tables(folder, student.id))
     if not removed_paths and not new_contents:
         return None
-    # Files in the cache don't name their student, so all are removed. qdot can make all these files again.
+    # Files in the cache don't name their student, so the whole cache is removed. qdot can make all of this again.
     names = ("graded/.cache", "graded/report.html", "handout", "returned")
     removed_paths += [path for name in names if (path := folder / name).exists()]
     contained_paths = {path for parent in removed_paths if parent.is_dir() for path in parent.rglob("*")}
@@ -200,7 +200,9 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
 
 def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> Iterator[tuple[str, str]]:
     """Yield pairs of another file that names a student or can't be searched, and advice on what to do with it."""
-    names = [student.email, student.name, *([student.id] if not re.fullmatch(r"\d{0,4}|..?", student.id) else [])]
+    names = [student.email, student.name]
+    if not re.fullmatch(r"\d{0,4}|..?", student.id):  # a short identifier occurs in many files by chance
+        names.append(student.id)
     words = b"|".join(re.escape(name.encode()) for name in names if name.strip())
     pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
     for path in sorted(folder.rglob("*")):

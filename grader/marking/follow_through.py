@@ -206,8 +206,8 @@ class _Context:
             return False
         if self._is_copy(part, rows) or self.is_copied(part, rows):
             return False
-        is_square = part.name == "jacobian" and 1 < len(reference) == len(reference[0]) <= MAX_ROWS
-        if is_square and not self.is_as_hard(_compute_determinant(rows), _compute_determinant(reference)):
+        is_square_jacobian = part.name == "jacobian" and 1 < len(reference) == len(reference[0]) <= MAX_ROWS
+        if is_square_jacobian and not self.is_as_hard(_compute_determinant(rows), _compute_determinant(reference)):
             return False
         return self._compute_traits(rows).is_as_full(self._compute_traits(reference))
 
@@ -219,8 +219,8 @@ class _Context:
         """Return whether rows equal the answer to another part at random configurations."""
         values = self._evaluate(rows)
         for name, other_answer in self.answers.items():
-            is_short = bool(other_answer.rows) and len(other_answer.text) <= 10 * MAX_NODES
-            if name == part.name or not is_short or not self._has_known_symbols(other_answer):
+            is_comparable = bool(other_answer.rows) and len(other_answer.text) <= 10 * MAX_NODES  # not too long
+            if name == part.name or not is_comparable or not self._has_known_symbols(other_answer):
                 continue
             with suppress(ParseError):  # raised if entries of the other answer contain statements or blanks
                 other_values = self._evaluate(other_answer.rows or ())
@@ -245,7 +245,7 @@ class _Context:
         entries = [entry for row in rows for entry in row]
         program, roles = compile_program(entries), self.domain.roles
         values_at_samples = evaluate(program, self.values, SAMPLE_COUNT).values
-        largest_value = max(float(np.nanmax(np.abs(values_at_samples), initial=0.0)), 1e-300)
+        largest_value = float(np.nanmax(np.abs(values_at_samples), initial=0.0))
 
         def changes_at(values: Mapping[str, np.ndarray], tolerance: float) -> bool:
             """Return whether the answer has other values at these values of the symbols."""
@@ -323,7 +323,7 @@ class _Context:
             [factor for factor in split_factors(formula) if find_names(factor) & set(joints)] for (formula,) in formulas
         ]
         conditions = []
-        for combination in product(*factors):  # all formulas are zero where one factor of each is zero
+        for combination in product(*factors):  # all formulas are zero if one factor of each is zero
             equations = [Node("eq", (factor, ZERO)) for factor in combination]
             conditions.append([reduce(lambda a, b: Node("and", (a, b)), equations)])
         noun = SINGULAR_CONFIGURATION if part.answer_as(ConditionSet).is_singular_set else CONFIGURATION
@@ -340,7 +340,7 @@ class _Context:
             return judge_direction(answer, entries, self.domain, self.seed, tolerance)
         number = part.answer_as(Number)
         tolerance = number.find_allowed_errors(part.rounding).relative
-        floors = len(values) * [0.001 * largest_value]
+        floors = len(values) * [0.001 * largest_value]  # a thousandth of the largest number
         return judge_numbers(answer, values.tolist(), number.units, tolerance or number.tolerance, floors)
 
 
@@ -391,7 +391,7 @@ class Traits:
     def is_as_full(self, reference: "Traits") -> bool:
         """Return whether the answer is defined and periodic, and has more than half of the reference's nonzero entries.
 
-        The answer may depend on one symbol less than the reference.
+        Not counting joint variables, the answer may depend on one symbol fewer than the reference.
         """
         is_full = not reference.nonzero_entry_count or 2 * self.nonzero_entry_count > reference.nonzero_entry_count
         has_symbols = self.other_symbol_count >= reference.other_symbol_count - 1

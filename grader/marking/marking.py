@@ -203,8 +203,10 @@ class _ProblemMarking:
             is_close = _is_half_right(self.judgements[part.name]) or (mistake is not None and mistake.is_single_mistake)
             is_close = follows_from_attempt or is_close or bool(_search(budget, has_enough_terms, *arguments))
             attempt = is_close and (follows_from_attempt or not follows)
-            self.attempt_parts += [part.name] if attempt else []
-            self.undecided_parts += [part.name] if not attempt and budget.remaining_seconds <= 0 else []
+            if attempt:
+                self.attempt_parts.append(part.name)
+            elif budget.remaining_seconds <= 0:
+                self.undecided_parts.append(part.name)
         group = None if self.secret is None else _search(budget, find_group, *arguments[:3], mistake, self.secret)
         return _Explanation(diagnosis, group, attempt)
 
@@ -237,11 +239,12 @@ def _capitalize(reason: str) -> str:
 
 
 def _apply_follow_through(
-    verdict: Verdict, part: Part, follow_through: FollowThrough | None, credit: Fraction, difference: str
+    verdict: Verdict, part: Part, follow_through: FollowThrough | None, credit_share: Fraction, difference: str
 ) -> Verdict:
     """Return the verdict on a wrong answer, with the points for follow-through if these are more.
 
-    `difference` is the reason why the answer differs from the reference.
+    `credit_share` is the share of its points that a part earns by follow-through. `difference` is the reason why the
+    answer differs from the reference.
     """
     if follow_through is None:
         return verdict
@@ -254,7 +257,7 @@ def _apply_follow_through(
             "fits this arm and no single known mistake explains it"
         )
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
-    followed_points = compute_points(part.points, follow_through.judgement.share, credit)
+    followed_points = compute_points(part.points, follow_through.judgement.share, credit_share)
     source = f"from your wrong answer to {follow_through.earlier_part!r}"
     next_step = "Correct that answer first, then redo this part."
     if followed_points <= (verdict.points or 0.0):
@@ -263,7 +266,8 @@ def _apply_follow_through(
             return verdict
         follows = _find_entry_flags(part, follow_through)
         return replace(verdict, judgement=replace(judgement, reason=reason), follows=follows)
-    earned_words = f"{'it' if follows_completely else 'what follows'} earns {100 * float(credit):.4g} % of the points"
+    subject = "it" if follows_completely else "what follows"
+    earned_words = f"{subject} earns {100 * float(credit_share):.4g} % of the points"
     reason = (
         f"this follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
         f"Compared with the solution: {difference}"

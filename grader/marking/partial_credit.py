@@ -11,7 +11,6 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain, combinations, product
 from math import prod
-from operator import and_
 from typing import NamedTuple
 
 import numpy as np
@@ -106,13 +105,14 @@ def give_partial_credit(answer: AnswerInContext, judgement: Judgement, is_copied
     part, rules = answer.part, answer.part.credit
     if rules.rule == "whole" or part.answer.is_direction:
         return _replace_share(judgement, Fraction(0))
+    # The share was computed as a fraction with a small denominator, and stored as a float.
     share, reason = Fraction(judgement.share).limit_denominator(1000), judgement.reason
     credit: EarnedShare | None = None
     if part.answer.is_symbolic and part.shape is not None:
         judgement, share = _credit_entries(answer, judgement, share)
     if part.answer.is_symbolic:
         credit = _credit_except_factor(answer, judgement) or _credit_factors(answer)
-        if max(share, credit.share if credit else 0) < SHARE_WITH_WRONG_SIGNS:
+        if max(share, credit.share if credit else 0) < SHARE_WITH_WRONG_SIGNS:  # the most that terms can earn
             credit = max(filter(None, [credit, _credit_terms(answer, is_copied)]), default=None)
     elif part.answer.expected_units:
         credit = _credit_except_signs(answer)
@@ -161,11 +161,14 @@ def _credit_entries(answer: AnswerInContext, judgement: Judgement, share: Fracti
     varying_flags = _flag_varying_entries(answer)
     columns = list(zip(*entries, strict=True))
     if answer.part.credit.rule == "columns" and len(columns) > 1:
+        # Columns that are zero in the reference don't count.
         are_correct = [all(column) for k, column in enumerate(columns) if any(reference.col(k))]
         share = compute_share_of_columns(are_correct)
         reason = f"{sum(are_correct)} of {len(are_correct)} columns are right; {judgement.reason}"
         judgement = replace(judgement, reason=reason)
-    if share and any(varying_flags) and not any(map(and_, chain.from_iterable(entries), varying_flags)):
+    flags = zip(chain.from_iterable(entries), varying_flags, strict=False)
+    is_varying_entry_correct = any(is_correct and varies for is_correct, varies in flags)
+    if share and any(varying_flags) and not is_varying_entry_correct:
         reason = f"none of the entries that depend on the configuration is right; {judgement.reason}"
         return replace(judgement, reason=reason), Fraction(0)
     return judgement, share
@@ -215,8 +218,11 @@ def _credit_except_factor(answer: AnswerInContext, judgement: Judgement) -> Earn
         return None
     is_single = len(wrong_indices) == 1
     sign_words, factor_words = ("one sign", "a factor") if is_single else ("signs", "a common factor")
-    words = ["the sign" if part.shape is None else sign_words] * factor.is_negative
-    words += [factor_words] * factor.changes_size
+    words = []
+    if factor.is_negative:
+        words.append("the sign" if part.shape is None else sign_words)
+    if factor.changes_size:
+        words.append(factor_words)
     if not words:  # no error was found, which doesn't mean that the answer is correct
         return None
     share = compute_share_up_to_sign_and_factor(factor.is_negative, factor.changes_size)
@@ -305,6 +311,7 @@ def _credit_factors(answer: AnswerInContext) -> EarnedShare | None:
     if not typed_factors or max(len(typed_factors), len(expected_factors)) > MAX_FACTORS:
         return None
     counts = range(MAX_WRONG_FACTORS + 1)
+    # The numbers of missing and surplus factors, the smallest first. (0, 0) is left out, because the answer is wrong.
     error_counts = sorted(product(counts, counts), key=lambda pair: (max(pair), pair))[1:]
     for missing_count, surplus_count in error_counts:
         share = compute_share_of_product(len(expected_factors), missing_count, surplus_count)

@@ -61,17 +61,17 @@ class ShownAnswer:
 
 def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
     """Return an answer as text and, if possible, as the parsed formula or the chosen options."""
-    text = text if len(text) > MAX_TYPESET_CHARACTERS else _hide_rounding_errors(text)
-    visible_text = make_visible(shorten(text, MAX_SHOWN_CHARACTERS))
-    if text == FUNCTION_TEXT:
+    readable_text = text if len(text) > MAX_TYPESET_CHARACTERS else _hide_rounding_errors(text)
+    visible_text = make_visible(shorten(readable_text, MAX_SHOWN_CHARACTERS))
+    if readable_text == FUNCTION_TEXT:
         return ShownAnswer(visible_text, is_verbatim=False)
     if part.answer.offered_options:
-        options = _write_chosen_options(problem, part, text)
-        is_letter = len(text) == 1  # the option on the page begins with this letter
+        options = _write_chosen_options(problem, part, readable_text)
+        is_letter = len(readable_text) == 1  # the option on the page begins with this letter
         return ShownAnswer("" if options and is_letter else visible_text, options)
-    if part.type not in FORMULA_TYPES or len(text) > MAX_TYPESET_CHARACTERS:
+    if part.type not in FORMULA_TYPES or len(readable_text) > MAX_TYPESET_CHARACTERS:
         return ShownAnswer(visible_text)
-    parsed = read_answer(problem, part, text)
+    parsed = read_answer(problem, part, readable_text)
     is_number = part.type == Number.type and parsed.refusal is None
     tree = _convert_numbers(parsed) if is_number else parsed.tree
     try:

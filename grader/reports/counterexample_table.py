@@ -125,9 +125,9 @@ def _format_quantity(value: float | None, unit: str) -> str:
     """Return the value of a symbol with its unit, for an angle also in degrees; "any" for None."""
     if value is None:
         return "any"
-    value = value if abs(value) > ZERO_TOLERANCE else 0.0
-    degrees = f" ({format_decimal(math.degrees(value))}°)" if unit == "rad" else ""
-    return f"{format_decimal(value)} {format_unit(unit)}".rstrip() + degrees
+    shown_value = value if abs(value) > ZERO_TOLERANCE else 0.0
+    degrees = f" ({format_decimal(math.degrees(shown_value))}°)" if unit == "rad" else ""
+    return f"{format_decimal(shown_value)} {format_unit(unit)}".rstrip() + degrees
 
 
 def _format_distinctly(

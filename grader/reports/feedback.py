@@ -143,10 +143,9 @@ def make_feedback_page(assignment: Assignment, student: Student, result: Result)
         notes = [f"You left {len(blank_numbers)} answers blank: {', '.join(blank_numbers)}.", *notes]
     elif parts and all(part.result.outcome is Outcome.CORRECT for part in parts):
         notes = ["All of your answers are right.", *notes]
-    numbers = dict[str, str]()
-    problems = [
-        replace(problem, parts=tuple(_shorten_texts(part, numbers) for part in problem.parts)) for problem in problems
-    ]
+    first_numbers = dict[str, str]()
+    shortened_parts = [tuple(_shorten_texts(part, first_numbers) for part in problem.parts) for problem in problems]
+    problems = [replace(problem, parts=parts) for problem, parts in zip(problems, shortened_parts, strict=True)]
     return render(
         "reports/feedback.html.j2", title=assignment.title, student=student, result=result, problems=problems,
         made_from=compute_page_fingerprint(assignment, student, result), marked_extent=_find_marked_extent(result),
@@ -161,21 +160,21 @@ def _is_blank(part: PartOnPage) -> bool:
     return part.result.outcome is Outcome.MISSING and part.result.reason == BLANK_JUDGEMENT.reason
 
 
-def _shorten_texts(part: PartOnPage, numbers: dict[str, str]) -> PartOnPage:
+def _shorten_texts(part: PartOnPage, first_numbers: dict[str, str]) -> PartOnPage:
     """Return a part without what the page says elsewhere: that the answer is blank, or what an earlier mistake was.
 
-    `numbers` is updated. It maps the sentence on each mistake, and the number of each part that repeats the mistake, to
-    the number of the first part with this mistake.
+    `first_numbers` is updated. It maps the sentence on each mistake, and the number of each part that repeats the
+    mistake, to the number of the first part with this mistake.
     """
     if _is_blank(part):
         return replace(part, reason="")
     if match := re.match(r"(You seem to have made the same mistake as in )(\d+\.\d+)", part.advice):
-        number = numbers.get(match[2], match[2])
+        number = first_numbers.get(match[2], match[2])
         return replace(part, advice=f"{match[1]}{number}{part.advice[match.end() :]}")
     sentence, separator, reference = part.advice.partition(" See ")
-    if not part.result.mistake or (number := numbers.setdefault(sentence, part.number)) == part.number:
+    if not part.result.mistake or (number := first_numbers.setdefault(sentence, part.number)) == part.number:
         return part
-    numbers[part.number] = number
+    first_numbers[part.number] = number
     return replace(part, advice=f"You seem to have made the same mistake as in {number}.{separator}{reference}")
 
 
@@ -289,10 +288,11 @@ def _find_entry_states(problem: Problem, part: Part, result: PartResult) -> list
     Return None if the answer has only one entry, or none.
     """
     entries = result.entries or ()
-    if sum(map(len, entries)) <= 1:
+    entry_count = sum(map(len, entries))
+    if entry_count <= 1:
         return None
     blanks = read_answer(problem, part, result.answer or "").is_blank
-    remaining_blanks = iter(blanks if len(blanks) == sum(map(len, entries)) else [False] * sum(map(len, entries)))
+    remaining_blanks = iter(blanks if len(blanks) == entry_count else [False] * entry_count)
 
     def find_state(is_right: bool, follows: bool) -> str:
         is_blank = next(remaining_blanks)
@@ -334,7 +334,7 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
     power = str(-math.ceil(math.log10(bound))).translate(SUPERSCRIPT)
     comparison = "evaluated your formula and the solution at random values in exact arithmetic"
     error = "A wrong answer"
-    if certificate.method != "exact":
+    if certificate.method != "exact":  # bound = (1 - share) ** points
         share = f"{1 - bound ** (1 / points):.0%}".replace("50%", "half")
         comparison = f"compared your answer with the solution at {points} random configurations"
         error = f"An answer that is wrong for at least {share} of all configurations"

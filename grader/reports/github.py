@@ -93,22 +93,22 @@ def make_annotations(assignment: Assignment, results: Sequence[Result]) -> str:
         titles = [f"{row.part}: {row.points_text}" for row in rows]
         messages = [shorten(row.message, MAX_TEXT_LENGTH) for row in rows]
     else:
-        results = [result for result in results if find_work_status(result) in ("unusable", *UNMARKED_STATUSES)]
-        kinds = ["error" if find_work_status(result) == "ungraded" else "warning" for result in results]
-        titles = [result.student for result in results]
-        messages = ["; ".join(list_staff_notes(result)) for result in results]
+        listed_results = [result for result in results if find_work_status(result) in ("unusable", *UNMARKED_STATUSES)]
+        kinds = ["error" if find_work_status(result) == "ungraded" else "warning" for result in listed_results]
+        titles = [result.student for result in listed_results]
+        messages = ["; ".join(list_staff_notes(result)) for result in listed_results]
     annotations = list(map(Annotation, kinds, titles, messages))
     return "".join(_write_commands(kind, annotations, assignment.key) for kind in ("error", "warning"))
 
 
 def _write_commands(kind: str, annotations: Sequence[Annotation], title: str) -> str:
     """Return the commands for annotations of a kind; if GitHub would not show all, the last one says how many more."""
-    annotations = [annotation for annotation in annotations if annotation.kind == kind]
-    if len(annotations) > MAX_ANNOTATIONS:
-        omitted_count = len(annotations) - MAX_ANNOTATIONS + 1
+    shown_annotations = [annotation for annotation in annotations if annotation.kind == kind]
+    if len(shown_annotations) > MAX_ANNOTATIONS:
+        omitted_count = len(shown_annotations) - MAX_ANNOTATIONS + 1
         last_annotation = Annotation(kind, title, f"and {omitted_count} more; see the job summary")
-        annotations = [*annotations[: MAX_ANNOTATIONS - 1], last_annotation]
-    return "".join(annotation.command for annotation in annotations)
+        shown_annotations = [*shown_annotations[: MAX_ANNOTATIONS - 1], last_annotation]
+    return "".join(annotation.command for annotation in shown_annotations)
 
 
 def make_check_summary(notebook: CheckedNotebook) -> str:

@@ -74,7 +74,7 @@ def make_canvas_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         header, students = _identify_by_export(class_list, title, points)
     else:
         header, students = _identify_by_roster(assignment.roster, title)
-    rows = [header, [f"    {POINTS_ROW_MARKER}", *[""] * (len(header) - 2), points]]
+    rows = [header, [f"    {POINTS_ROW_MARKER}", *[""] * (len(header) - 2), points]]  # four spaces, as Canvas writes
     for result in results:
         student = students[result.student]
         is_excused = student.previous_mark.strip().upper() == EXCUSED
@@ -161,6 +161,7 @@ def make_moodle_csv(assignment: Assignment, results: Sequence[Result]) -> str:
         marks = [NO_GRADE, NO_GRADE]
         if is_marked(result):
             marks = [format_points(result.score), format_points(result.percent)]
+        # Without a column for the points, only the percentage is written.
         rows.append([*_escape_cells([cells[index] for _, cells in columns]), *marks[-len(mark_titles) :]])
     return format_csv(rows)
 

@@ -27,7 +27,7 @@ SIGNIFICANCE_LEVEL = 0.05
 
 @dataclass(frozen=True)
 class Comparison:
-    """The shares of a problem's points (in %) of the students in each group of arms with the same `feature`.
+    """For each group of arms with the same `feature`, the shares of a problem's points (in %) that its students earned.
 
     `p_value` is the p-value of the permutation test, and `corrected_p_value` the p-value after Holm's correction for
     all comparisons of the class.
@@ -127,7 +127,7 @@ def compare_groups(
             continue
         p_value = compute_permutation_p_value(shares, groups, f"{seed}/{slot}/{feature}")
         shares_by_group = {
-            group: tuple(share for share, own_group in zip(shares, groups, strict=True) if own_group == group)
+            group: tuple(share for share, group_of_share in zip(shares, groups, strict=True) if group_of_share == group)
             for group in distinct_groups
         }
         comparisons.append(Comparison(slot, feature, shares_by_group, p_value))
