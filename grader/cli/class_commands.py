@@ -318,8 +318,8 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
         if len(refusals) == len(families) and not families_by_question:  # a file without problems
             errors.append(refusals[families[0]])
         accepted_families = set(tested_families) - set(refusals)
-        accepted = [identity for identity in identities if identity.family in accepted_families]
-        question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted]
+        accepted_identities = [identity for identity in identities if identity.family in accepted_families]
+        question_identities = [replace(identity, questions=(definition.name,)) for identity in accepted_identities]
         tasks += [VerificationTask(identity, definitions=(definition,)) for identity in question_identities]
         for identity in question_identities[:SAMPLE_COUNT]:
             part = generate_problem(identity, definitions=(definition,)).parts[0]

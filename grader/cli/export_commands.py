@@ -177,13 +177,13 @@ def return_pages(
     check_choice(to, (*TARGETS, FOLDER), "--to")
     assignment, results = read_results_to_report(load_class(folder))
     with open_submissions(submissions or folder / "submitted") as root:
-        returned = return_feedback(assignment, results, to, root, out or folder / "returned" / to)
-    for message in (*returned.notes, *describe_unmarked_students(assignment, results)):
+        feedback = return_feedback(assignment, results, to, root, out or folder / "returned" / to)
+    for message in (*feedback.notes, *describe_unmarked_students(assignment, results)):
         note(message)
     upload_words = "" if to == FOLDER else f"; upload it {TARGETS[to].upload_words}"
-    print_result(f"{count_noun(returned.page_count, 'page')}: {returned.pages_path}{upload_words}")
+    print_result(f"{count_noun(feedback.page_count, 'page')}: {feedback.pages_path}{upload_words}")
     import_words = "" if to == FOLDER else "; import it into the gradebook"
-    print_result(f"marks: {returned.marks_path}{import_words}")
+    print_result(f"marks: {feedback.marks_path}{import_words}")
 
 
 def _check_options(names: Sequence[str], sheet: str, page: str, variation: str) -> None:

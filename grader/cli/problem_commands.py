@@ -80,10 +80,10 @@ def init(
 
     chosen_set = find_set(problems)
     init_assignment(folder, title or chosen_set.title, key, roster=roster, problem_set=chosen_set)
-    created, next_step = f"created {folder}", f"put your class into {folder / 'roster.csv'}"
+    outcome, next_step = f"created {folder}", f"put your class into {folder / 'roster.csv'}"
     if roster is not None:
-        created, next_step = f"{created} for {count_noun(len(read_roster(roster)), 'student')}", "edit assignment.toml"
-    print_result(f"{created}: {next_step}, then run: qdot generate {folder}")
+        outcome, next_step = f"{outcome} for {count_noun(len(read_roster(roster)), 'student')}", "edit assignment.toml"
+    print_result(f"{outcome}: {next_step}, then run: qdot generate {folder}")
 
 
 def families(

@@ -117,12 +117,12 @@ def start(
     from qdot.grader.serve.settings import find_options
 
     links_command = _write_command("links", folders, database, url, port)
-    ready = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: {links_command}"
+    ready_message = f"qdot is at {find_options().url}; stop it with Ctrl-C. Personal links: {links_command}"
     with claim_database() as keep_claim:
         for folder in folders:
             _release(folder, jobs)
         note("starting the processes that judge answers, which takes some seconds")
-        run_service(find_options(), host, port, keep_claim, lambda: print_result(ready))
+        run_service(find_options(), host, port, keep_claim, lambda: print_result(ready_message))
 
 
 def _release(folder: Path, jobs: int) -> None:

@@ -232,7 +232,7 @@ def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
 
 def _explain_option(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
     """Return the mistakes behind the first wrong option that was chosen, or that was assigned to a wrong item."""
-    correct_indices, indices = part.answer.correct_indices, parsed_answer.chosen
+    correct_indices, indices = part.answer.correct_indices, parsed_answer.chosen_indices
     if part.answer.matched_items:
         wrong_indices = [index for index, expected in zip(indices, correct_indices, strict=False) if index != expected]
     else:
@@ -262,6 +262,7 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     has_opposite_sign = not numeric.is_direction and numeric.equals(-answer.correct_values)
     formula, is_number = find_formula(answer.part), answer.part.type == "number"
     asks_for_more_than_quantity = formula is not None and (is_number or not is_quantity(formula))
+    # If all signs are wrong, many mistakes may be the cause, but hardly one that changes signs at one place only.
     for prediction in predict_wrong_answers(answer.correct_stages, answer.part, numeric.is_precise):
         if _explains(prediction, answer):
             if not has_opposite_sign and (cause := _find_cause(prediction, earlier_mistakes)):
@@ -395,9 +396,10 @@ def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer])
     single_mistake = _find_likelier_mistake(answer, first_prediction, highest_frequency)
     if single_mistake is not None:
         return single_mistake
-    likeliest = [candidate for candidate in candidates if candidate.frequency == highest_frequency][:2]
-    diagnosis = _name_predictions(likeliest)
-    return replace(diagnosis, cause=(likeliest[0].mistake.name, dict(likeliest[0].variant.words)))
+    likeliest_predictions = [candidate for candidate in candidates if candidate.frequency == highest_frequency][:2]
+    first_likeliest = likeliest_predictions[0]
+    diagnosis = _name_predictions(likeliest_predictions)
+    return replace(diagnosis, cause=(first_likeliest.mistake.name, dict(first_likeliest.variant.words)))
 
 
 def _name_predictions(predictions: Sequence[PredictedAnswer]) -> Diagnosis:
@@ -430,10 +432,10 @@ def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, fre
 
 
 def _write_message(prediction: PredictedAnswer) -> str:
-    sentence, see, reference = prediction.sentence.partition(" See ")
+    sentence, separator, reference = prediction.sentence.partition(" See ")
     if prediction.variant.missing_symbols:
         sentence += f" The missing part contains {prediction.variant.missing_symbols}."
-    return sentence + see + reference
+    return sentence + separator + reference
 
 
 def _explain_formulas(answer: WrongAnswer, tries_any_number: bool = False) -> Diagnosis | None:

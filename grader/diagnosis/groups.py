@@ -70,8 +70,8 @@ def _make_identity(
         return "mistake", *identifying_mistakes
     if parsed_answer.table is not None:
         return None
-    if part.answer.offered_options and parsed_answer.chosen:
-        typed_and_correct_indices = parsed_answer.chosen, part.answer.correct_indices
+    if part.answer.offered_options and parsed_answer.chosen_indices:
+        typed_and_correct_indices = parsed_answer.chosen_indices, part.answer.correct_indices
         return "options", *(_list_option_texts(part, indices) for indices in typed_and_correct_indices)
     try:
         if part.answer.is_numeric and parsed_answer.rows is not None:

@@ -165,8 +165,8 @@ def _name_likeliest(
                 words_by_mistake[rival] = answer.words
                 break
     highest_frequency = max(rival.frequency for rival in words_by_mistake)
-    likeliest = {rival: words for rival, words in words_by_mistake.items() if rival.frequency == highest_frequency}
-    return name_alternatives([(rival, words, rival.format_message(words)) for rival, words in likeliest.items()])
+    likeliest_pairs = [pair for pair in words_by_mistake.items() if pair[0].frequency == highest_frequency]
+    return name_alternatives([(rival, words, rival.format_message(words)) for rival, words in likeliest_pairs])
 
 
 def _is_judged_correct(
@@ -186,7 +186,8 @@ def _is_judged_correct(
 def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> Diagnosis | None:
     """Return the diagnosis that lists wrong values, and conditions that are partly or completely missing.
 
-    Angles in degrees are named and converted first, and alternatives that were joined with "and" are separated.
+    Before the comparison, angles in degrees are converted, and alternatives that were joined with "and" are separated;
+    both are named as mistakes.
     """
     pieces_in_radians = _convert_degrees(problem, claimed_pieces)
     mistakes: list[tuple[str, Mapping[str, object]]] = []
@@ -194,10 +195,11 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         mistakes.append(("angles-in-degrees", {}))
     explanation = _SetExplanation(problem, part, pieces_in_radians, seed)
     if explanation.joins_alternatives:
-        separated = _SetExplanation(problem, part, [(atom,) for atom in chain.from_iterable(pieces_in_radians)], seed)
-        if not separated.wrong_pieces:
+        separate_pieces = [(atom,) for atom in chain.from_iterable(pieces_in_radians)]
+        separate_explanation = _SetExplanation(problem, part, separate_pieces, seed)
+        if not separate_explanation.wrong_pieces:
             mistakes.append(("and-for-or", {}))
-            explanation = separated
+            explanation = separate_explanation
     comparison, wrong_pieces = explanation.comparison, explanation.wrong_pieces
     if comparison.is_only_rounded or any(len(piece) > 1 or piece[0].joint is None for piece in wrong_pieces):
         return None
@@ -304,8 +306,10 @@ class _SetExplanation:
 
     def _list_contained_pieces(self, claimed_pieces: Sequence[Piece], condition: Sequence[Piece]) -> list[Piece]:
         """Return the pieces of a condition that the claimed pieces contain."""
-        is_contained = self._compare(condition, claimed_pieces).is_sound if claimed_pieces else ()
-        return [piece for piece, contained in zip(condition, is_contained, strict=False) if contained]
+        if not claimed_pieces:
+            return []
+        pairs = zip(condition, self._compare(condition, claimed_pieces).is_sound, strict=True)
+        return [piece for piece, is_contained in pairs if is_contained]
 
 
 def _format_value(value: Node) -> str:
@@ -355,7 +359,7 @@ class _Fingerprinter:
     def _collect(self, pieces: Iterable[PieceFingerprint]) -> SetFingerprint:
         """Return the fingerprint of a set, without the pieces that have all conditions of another piece and more."""
         distinct_pieces = frozenset(pieces)
-        surplus_pieces = {piece for piece in distinct_pieces if any(other < piece for other in distinct_pieces)}
+        surplus_pieces = {piece for piece in distinct_pieces if any(subset < piece for subset in distinct_pieces)}
         outer_pieces = distinct_pieces - surplus_pieces
         valued_pieces = frozenset(piece for piece in outer_pieces if all(joint for joint, _ in piece))
         return SetFingerprint(valued_pieces, outer_pieces - valued_pieces)
@@ -387,11 +391,11 @@ def _is_correct_but_rounded(
 
 def _are_nearly_equal(pieces: frozenset[PieceFingerprint], other_pieces: frozenset[PieceFingerprint]) -> bool:
     """Return whether each piece equals one of the other pieces except for rounded constants."""
-    return all(any(_is_nearly_equal(piece, other) for other in other_pieces) for piece in pieces)
+    return all(any(_is_nearly_equal(piece, other_piece) for other_piece in other_pieces) for piece in pieces)
 
 
-def _is_nearly_equal(piece: PieceFingerprint, other: PieceFingerprint) -> bool:
-    return len(piece) == len(other) and all(_contains_nearly(other, condition) for condition in piece)
+def _is_nearly_equal(piece: PieceFingerprint, other_piece: PieceFingerprint) -> bool:
+    return len(piece) == len(other_piece) and all(_contains_nearly(other_piece, condition) for condition in piece)
 
 
 def _contains_nearly(piece: PieceFingerprint, condition: ConditionFingerprint) -> bool:

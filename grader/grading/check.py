@@ -200,7 +200,7 @@ def _check_answer(part: str, text: str, expected: ExpectedForm | None) -> Checke
     if expected is not None and isinstance(expected.answer, Letters):
         options = expected.answer.options
         names = options if options == TRUE_FALSE else LETTERS
-        chosen_names = ", ".join(names[index] for index in parsed_answer.chosen)
+        chosen_names = ", ".join(names[index] for index in parsed_answer.chosen_indices)
         is_typed = chosen_names.casefold() == text.strip().casefold()
         return CheckedAnswer(part, True, excerpt if is_typed else f"{chosen_names} (from {excerpt})")
     if parsed_answer.tree is not None and has_blank(parsed_answer.tree):

@@ -124,7 +124,8 @@ def _find_student(roster: Sequence[Student], name: str) -> Student:
 
 def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Student) -> ForgettingPlan | None:
     """Return the plan for one assignment; None if its folder has nothing of the student."""
-    students = [*roster, *([] if student.id in {listed.id for listed in roster} else [student])]
+    is_on_roster = student.id in {listed_student.id for listed_student in roster}
+    students = roster if is_on_roster else [*roster, student]
     certain_paths, doubtful_paths = find_paths_of_student(students, folder, student.id)
     removed_paths = [*certain_paths, *_find_files_named_after(folder, student.id)]
     new_contents = dict(_shorten_tables(folder, student.id))

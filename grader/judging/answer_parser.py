@@ -49,7 +49,7 @@ from qdot.exercises.formula.trees import (
 )
 from qdot.exercises.formula.units import parse_unit
 from qdot.exercises.formula.vocabulary import LIMITS, PATTERNS, VOCABULARY
-from qdot.grader.judging.verdict import Judgement, missing_judgement, wrong_judgement
+from qdot.grader.judging.verdict import Judgement, make_missing_judgement, make_wrong_judgement
 
 MatrixShape = tuple[int, int]
 """The numbers of rows and columns."""
@@ -74,7 +74,7 @@ class ParsedAnswer:
 
     `tree` is the formula, list or set of conditions, without a leading "det J =". `rows` contains the entries in rows
     and columns; named entries are in the expected order. If the answer was refused, `tree` and `rows` contain what
-    could be parsed. `table` contains the values of a Python function, and `chosen` the indices of the chosen options.
+    could be parsed. `table` contains the values of a Python function. `chosen_indices` are those of the chosen options.
     """
 
     text: str
@@ -82,7 +82,7 @@ class ParsedAnswer:
     tree: Node | None = None
     rows: Matrix | None = None
     table: FunctionValues | None = None
-    chosen: tuple[int, ...] = ()
+    chosen_indices: tuple[int, ...] = ()
 
     @property
     def entries(self) -> list[Node]:
@@ -110,7 +110,7 @@ class _AmbiguousAnswer(_Refusal):
 
 def refuse(text: str, reason: str) -> ParsedAnswer:
     """Return a refused answer with this text and reason."""
-    return ParsedAnswer(text, wrong_judgement(reason))
+    return ParsedAnswer(text, make_wrong_judgement(reason))
 
 
 def _make_refused_answer(
@@ -121,7 +121,7 @@ def _make_refused_answer(
     `expected_type` is the type as which the text was parsed, such as "a formula".
     """
     reason = describe_parse_error(error, expected_type) if isinstance(error, ParseError) else str(error)
-    return ParsedAnswer(text, wrong_judgement(reason), None if isinstance(error, _AmbiguousAnswer) else tree, rows)
+    return ParsedAnswer(text, make_wrong_judgement(reason), None if isinstance(error, _AmbiguousAnswer) else tree, rows)
 
 
 def read_formula(text: str, domain: Domain, labels: Sequence[str] = ()) -> ParsedAnswer:
@@ -484,7 +484,7 @@ def read_any(text: str) -> ParsedAnswer:
 def _parse(text: str, domain: Domain) -> ParsedAnswer:
     """Parse a text into an answer that has only a `tree`; refuse a text that is blank or can't be parsed."""
     if not text.strip():
-        return ParsedAnswer(text, missing_judgement())
+        return ParsedAnswer(text, make_missing_judgement())
     try:
         tree = parse_formula(text, domain.roles)
     except ParseError as error:
@@ -492,7 +492,7 @@ def _parse(text: str, domain: Domain) -> ParsedAnswer:
     return ParsedAnswer(text, BLANK_JUDGEMENT) if _contains_only_blanks(tree) else ParsedAnswer(text, None, tree)
 
 
-BLANK_JUDGEMENT = missing_judgement("you left the answer blank")
+BLANK_JUDGEMENT = make_missing_judgement("you left the answer blank")
 """The judgement on an answer that contains only placeholders."""
 
 

@@ -13,7 +13,7 @@ from qdot.exercises.common.errors import count_noun
 from qdot.exercises.formula.equality import Certificate
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
 from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT, ParsedAnswer, refuse
-from qdot.grader.judging.verdict import Judgement, correct_judgement, partial_judgement, wrong_judgement
+from qdot.grader.judging.verdict import Judgement, make_correct_judgement, make_partial_judgement, make_wrong_judgement
 
 BLANK_TEXTS = ("", "blank", "ellipsis")
 """Texts that mean no answer, in lower case."""
@@ -66,7 +66,7 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
     expected_form = f"{len(items)} letters ({letters}), one for each item from {items[0]} to {items[-1]}"
     parsed = _make_parsed_answer(text, option_indices if is_complete else None, f"must have exactly {expected_form}")
     # The diagnosis also explains the letters of an answer that is refused because it is incomplete.
-    return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen=tuple(option_indices or ()))
+    return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen_indices=tuple(option_indices or ()))
 
 
 def _make_parsed_answer(text: str, option_indices: Sequence[int] | None, complaint: str) -> ParsedAnswer:
@@ -78,7 +78,7 @@ def _make_parsed_answer(text: str, option_indices: Sequence[int] | None, complai
         return ParsedAnswer(text, BLANK_JUDGEMENT)
     if option_indices is None:
         return refuse(text, f"{text[:40]!r} {complaint}")
-    return ParsedAnswer(text, chosen=tuple(option_indices))
+    return ParsedAnswer(text, chosen_indices=tuple(option_indices))
 
 
 def parse_letters(text: str, option_count: int) -> list[int] | None:
@@ -144,11 +144,11 @@ _CERTIFICATE = Certificate("exact", 1, 0.0)
 
 def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: int) -> Judgement:
     """Judge the choice of one option."""
-    (option_index,) = parsed.chosen
+    (option_index,) = parsed.chosen_indices
     if option_index == correct_index:
-        return correct_judgement(_CERTIFICATE)
+        return make_correct_judgement(_CERTIFICATE)
     name = options[option_index] if tuple(options) == TRUE_FALSE else LETTERS[option_index]
-    return wrong_judgement(f"{name} is not the correct option", _CERTIFICATE)
+    return make_wrong_judgement(f"{name} is not the correct option", _CERTIFICATE)
 
 
 def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Sequence[int]) -> Judgement:
@@ -157,25 +157,25 @@ def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Se
     Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of them, but the
     result is never negative.
     """
-    right_count = len(set(parsed.chosen) & set(correct_indices))
-    wrong_count = len(set(parsed.chosen) - set(correct_indices))
+    right_count = len(set(parsed.chosen_indices) & set(correct_indices))
+    wrong_count = len(set(parsed.chosen_indices) - set(correct_indices))
     missing_count = len(correct_indices) - right_count
     if not missing_count and not wrong_count:
-        return correct_judgement(_CERTIFICATE)
+        return make_correct_judgement(_CERTIFICATE)
     wrong_option_count = max(option_count - len(correct_indices), 1)
     share = Fraction(right_count, len(correct_indices)) - Fraction(wrong_count, wrong_option_count)
     counts = {"right": right_count, "wrong": wrong_count, "missing": missing_count}
     verbs = {word: "is" if count == 1 else "are" for word, count in counts.items()}
     clauses = [f"{count_noun(count, 'letter')} {verbs[word]} {word}" for word, count in counts.items() if count]
-    return partial_judgement(float(max(share, Fraction(0))), ", ".join(clauses), _CERTIFICATE)
+    return make_partial_judgement(float(max(share, Fraction(0))), ", ".join(clauses), _CERTIFICATE)
 
 
 def judge_matching(parsed: ParsedAnswer, items: Sequence[str], correct_indices: Sequence[int]) -> Judgement:
     """Judge the letter for each item; a letter that is given more than once counts as wrong."""
-    indices = parsed.chosen
+    indices = parsed.chosen_indices
     triples = zip(items, indices, correct_indices, strict=True)
     wrong_items = [item for item, index, expected in triples if index != expected or indices.count(index) > 1]
     if not wrong_items:
-        return correct_judgement(_CERTIFICATE)
+        return make_correct_judgement(_CERTIFICATE)
     share = float(Fraction(len(items) - len(wrong_items), len(items)))
-    return partial_judgement(share, f"wrong for {', '.join(wrong_items)}", _CERTIFICATE)
+    return make_partial_judgement(share, f"wrong for {', '.join(wrong_items)}", _CERTIFICATE)

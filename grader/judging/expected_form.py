@@ -83,8 +83,8 @@ def read_in_form(expected: ExpectedForm, text: str, functions_seed: str = "") ->
         return replace(read_in_form(expected, constant), text=text)
     if expected.metre_power is not None and expected.metre_power != _CUBIC_POWER and _CUBIC_METRES.search(text):
         unit = write_power_of_metres(expected.metre_power)
-        actual = f"is in {unit}" if unit else "has no unit"
-        return answer_parser.refuse(text, f"the unit m^3 does not fit: the result {actual}; write only the formula")
+        unit_words = f"is in {unit}" if unit else "has no unit"
+        return answer_parser.refuse(text, f"the unit m^3 does not fit: the result {unit_words}; write only the formula")
     parsed = _AnswerReader(text, expected).visit(expected.answer)
     is_formula = isinstance(expected.answer, reference_answers.Expression | reference_answers.Matrix)
     text_with_points = answer_parser.replace_decimal_commas(text)  # pages in many languages print decimal commas

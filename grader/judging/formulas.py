@@ -48,11 +48,11 @@ from qdot.grader.judging.answer_parser import (
 from qdot.grader.judging.verdict import (
     Judgement,
     Outcome,
-    correct_judgement,
-    missing_judgement,
+    make_correct_judgement,
+    make_missing_judgement,
+    make_partial_judgement,
+    make_wrong_judgement,
     name_entry,
-    partial_judgement,
-    wrong_judgement,
 )
 
 SHOWN_DIGITS = 4
@@ -67,9 +67,9 @@ def judge_expression(
     """Judge a formula; `rounding` is the error that is allowed for decimals in it."""
     comparison = compare_entries(parsed.entries, [reference], domain, seed, rounding)
     if all(comparison.is_correct):
-        return correct_judgement(comparison.certificate)
+        return make_correct_judgement(comparison.certificate)
     reason = describe_unknown_symbols(parsed, domain) or _describe_difference(comparison, 1)
-    return wrong_judgement(reason, comparison.certificate)
+    return make_wrong_judgement(reason, comparison.certificate)
 
 
 def judge_matrix(
@@ -100,14 +100,14 @@ def judge_compared_matrix(
     is_correct = [is_equal and not blank for is_equal, blank in zip(comparison.is_correct, is_blank, strict=True)]
     is_zero = [entry.kind == "number" and not entry.value for row in reference for entry in row]
     if all(is_correct):
-        judgement = correct_judgement(comparison.certificate)
+        judgement = make_correct_judgement(comparison.certificate)
     else:
         clauses = [unknown_symbols_message or _describe_difference(comparison, columns)]
         if not unknown_symbols_message or any(is_correct):
             clauses = [_describe_correct_count(is_correct, is_blank, is_zero), _describe_blanks(is_blank), *clauses]
         reason = "; ".join(filter(None, clauses))
         share = float(compute_share_of_entries(is_correct, is_zero, is_blank))
-        judgement = partial_judgement(share, reason, comparison.certificate)
+        judgement = make_partial_judgement(share, reason, comparison.certificate)
     entry_flags = tuple(tuple(is_correct[i : i + columns]) for i in range(0, len(is_correct), columns))
     return replace(judgement, entries=entry_flags)
 
@@ -188,7 +188,7 @@ def judge_numbers(
     if all(is_correct):
         floor_texts = dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
         max_error = f"{100 * tolerance:g} %" if tolerance else ", ".join(floor_texts)
-        judgement = correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
+        judgement = make_correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
         is_zero = [abs(value) <= floor for value, floor in zip(reference, floors, strict=True)]
@@ -208,7 +208,7 @@ def judge_numbers(
             differences = [_describe_blanks(is_blank, "number", "numbers"), difference]
         reason = "; ".join(filter(None, [count_words, *differences]))
         share = compute_share_of_entries(is_correct, is_zero, is_blank)
-        judgement = partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
+        judgement = make_partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
 
 
@@ -227,7 +227,7 @@ def judge_direction(
     `tolerance`, both vectors are numeric. The difference of their unit vectors must then have at most this norm.
     """
     if any(parsed.is_blank):
-        return missing_judgement("you left part of the vector blank")
+        return make_missing_judgement("you left part of the vector blank")
     if tolerance:
         return _judge_numeric_direction(parsed, reference, tolerance)
     return _judge_symbolic_direction(parsed, reference, domain, seed)
@@ -245,12 +245,12 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     entries, zeros = parsed.entries, [ZERO] * len(reference)
     pivot = compare_entries(reference, zeros, domain, f"{seed}/pivot").is_correct.index(False)
     if all(compare_entries(entries, zeros, domain, f"{seed}/zero").is_correct):
-        return wrong_judgement(_ZERO_VECTOR_REASON)
+        return make_wrong_judgement(_ZERO_VECTOR_REASON)
     student_products = [Node("*", (entry, reference[pivot])) for entry in entries]
     reference_products = [Node("*", (entry, entries[pivot])) for entry in reference]
     comparison = compare_entries(student_products, reference_products, domain, seed)
     if all(comparison.is_correct):
-        return correct_judgement(comparison.certificate)
+        return make_correct_judgement(comparison.certificate)
     certificate = _make_pivot_certificate(comparison.certificate, reference[pivot], entries[pivot], pivot)
     example = certificate.counterexample
     entry = comparison.is_correct.index(False)
@@ -261,7 +261,7 @@ def _judge_symbolic_direction(parsed: ParsedAnswer, reference: Sequence[Node], d
     if entry == pivot:
         error = f"entry {entry + 1} should be 0"
     reason = f"your vector does not have the right direction: {error}{point_words}"
-    return wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
+    return make_wrong_judgement(describe_unknown_symbols(parsed, domain) or reason, certificate)
 
 
 def _make_pivot_certificate(
@@ -291,25 +291,25 @@ def _make_pivot_certificate(
 def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], tolerance: float) -> Judgement:
     """Judge a direction given by numbers."""
     if parsed.symbols:
-        return wrong_judgement(describe_symbols_in_numbers(parsed.symbols))
+        return make_wrong_judgement(describe_symbols_in_numbers(parsed.symbols))
     values = _evaluate_numbers([*parsed.entries, *reference])
     answer, expected = values[: len(reference)], values[len(reference) :].real
     if not np.all(np.isfinite(answer)) or np.any(np.abs(answer.imag) > IMAGINARY_TOLERANCE * np.abs(answer)):
-        return wrong_judgement("an entry of the vector is not a finite real number")
+        return make_wrong_judgement("an entry of the vector is not a finite real number")
     norm = float(np.linalg.norm(answer.real))
     if norm == 0.0:
-        return wrong_judgement(_ZERO_VECTOR_REASON)
+        return make_wrong_judgement(_ZERO_VECTOR_REASON)
     unit_vector, expected_unit_vector = answer.real / norm, expected / np.linalg.norm(expected)
     expected_unit_vector = expected_unit_vector * (1.0 if float(unit_vector @ expected_unit_vector) >= 0 else -1.0)
     differences = np.abs(unit_vector - expected_unit_vector)
     if float(np.linalg.norm(differences)) <= tolerance:
-        return correct_judgement(Certificate("numeric", 1, 0.0))
+        return make_correct_judgement(Certificate("numeric", 1, 0.0))
     entry = int(differences.argmax())
     values_of_both = float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.{SHOWN_DIGITS}g}")
     example = EntryDifference(entry, {}, *values_of_both)
     difference = f"scaled to length 1, entry {entry + 1}{_describe_both_values(example)}"
     reason = f"your vector does not have the right direction: {difference}"
-    return wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
+    return make_wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
 
 
 SINGULAR_CONFIGURATION, CONFIGURATION, ANGLE = "a singular configuration", "a configuration", "an angle"
@@ -338,7 +338,7 @@ def judge_singular(
         claimed_pieces = parse_typed_set(assign_values_to_joint(parsed.tree, joints), joints)
         judgement = _judge_set(claimed_pieces, reference_pieces, space, seed, noun)
     except ParseError as error:
-        return wrong_judgement(describe_parse_error(error, "conditions"))
+        return make_wrong_judgement(describe_parse_error(error, "conditions"))
     if judgement.outcome is Outcome.CORRECT or (joined_tree := combine_with_and(parsed.tree, joints)) is None:
         return judgement
     try:
@@ -359,7 +359,7 @@ def judge_angles(parsed: ParsedAnswer, reference: Node, domain: Domain, seed: st
         claimed_pieces = parse_typed_set(Node("in", (joint, parsed.tree)), ["angle"])
         return _judge_set(claimed_pieces, reference_pieces, space, seed, ANGLE)
     except ParseError as error:
-        return wrong_judgement(describe_parse_error(error, "a set of angles"))
+        return make_wrong_judgement(describe_parse_error(error, "a set of angles"))
 
 
 def _judge_set(
@@ -374,7 +374,7 @@ def _judge_set(
     reference_pieces = [piece for condition in conditions for piece in condition]
     comparison = compare_sets(claimed_pieces, reference_pieces, space, seed)
     if comparison.are_equal and claimed_pieces:
-        return correct_judgement(_make_set_certificate(comparison))
+        return make_correct_judgement(_make_set_certificate(comparison))
     tolerant_space, tolerant_comparison = space, comparison
     if comparison.is_only_rounded:  # rounded joint values earn part of the points
         tolerant_space = ConfigurationSpace(space.joints, space.domain, ROUNDED_JOINT_VALUE)
@@ -408,7 +408,7 @@ def _judge_set(
         reason, false_count = "your values are in degrees, but the question asks for radians", 0
     match_words = f"{_describe_matches(match_counts, false_count)}; " if share else ""
     reason = match_words + (reason or "your answer contains no configuration")
-    return partial_judgement(float(share), reason, _make_set_certificate(comparison))
+    return make_partial_judgement(float(share), reason, _make_set_certificate(comparison))
 
 
 _EXACT_VALUE_HINT = "the exact value, such as pi/3 or acos(1/3)"

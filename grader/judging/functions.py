@@ -22,7 +22,7 @@ from qdot.exercises.formula.trees import find_names
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.grader.judging.answer_parser import FunctionValues
 from qdot.grader.judging.formulas import judge_compared_matrix
-from qdot.grader.judging.verdict import Judgement, wrong_judgement
+from qdot.grader.judging.verdict import Judgement, make_wrong_judgement
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from qdot.grader.sandbox.sandbox import FunctionArguments
 
@@ -90,18 +90,18 @@ def judge_function(
     Counterexamples show the values of the `joints` and of the symbols in the reference.
     """
     if not part.answer.list_entries():
-        return wrong_judgement("your answer is a function, but the question does not ask for a formula")
+        return make_wrong_judgement("your answer is a function, but the question does not ask for a formula")
     reference = part.answer.parse_trees(symbol_names)
     nodes = [entry for row in reference for entry in row]
     expected_shape = (len(reference), len(reference[0]))
     shape, values = function_values.shape, function_values.values
     if shape is None or len(values) != SAMPLE_COUNT:
-        return wrong_judgement("these are not the values of a function")
+        return make_wrong_judgement("these are not the values of a function")
     is_matrix = len(shape) == 2 and 1 not in shape
     if values.shape[1] != len(nodes) or (is_matrix and shape != expected_shape):
         size_words = " x ".join(map(str, shape)) or "one number"
         expected_words = " x ".join(map(str, expected_shape))
-        return wrong_judgement(f"your function returns {size_words}, but it must return {expected_words}")
+        return make_wrong_judgement(f"your function returns {size_words}, but it must return {expected_words}")
     expected, term_size = evaluate(compile_program(nodes), function_values.arguments, SAMPLE_COUNT)
     answer_values = _scale_to_fit(expected, values.T) if part.answer.is_direction else values.T
     shown_names = set(joints).union(*map(find_names, nodes))

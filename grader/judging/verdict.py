@@ -116,23 +116,23 @@ MARKED_BY_PERSON = "a person marked this answer"
 """The reason for the points that an answer in words earns."""
 
 
-def missing_judgement(reason: str = "you submitted nothing for this part") -> Judgement:
+def make_missing_judgement(reason: str = "you submitted nothing for this part") -> Judgement:
     """Return the judgement on a missing answer."""
     return Judgement(Outcome.MISSING, 0.0, reason)
 
 
-def wrong_judgement(reason: str, certificate: Certificate | None = None) -> Judgement:
+def make_wrong_judgement(reason: str, certificate: Certificate | None = None) -> Judgement:
     """Return the judgement on an answer that is entirely wrong."""
     return Judgement(Outcome.WRONG, 0.0, reason, certificate)
 
 
-def partial_judgement(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
-    """Return the judgement on an answer that earns a share of the points; only `correct_judgement` returns CORRECT."""
+def make_partial_judgement(share: float, reason: str, certificate: Certificate | None = None) -> Judgement:
+    """Return the judgement on an answer that earns a share of the points: PARTIAL, or WRONG for a share of 0."""
     outcome = Outcome.WRONG if share <= 0 else Outcome.PARTIAL
     return Judgement(outcome, max(0.0, share), reason, certificate)
 
 
-def correct_judgement(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
+def make_correct_judgement(certificate: Certificate | None = None, reason: str = "right") -> Judgement:
     """Return the judgement on an answer that passed every comparison."""
     return Judgement(Outcome.CORRECT, 1.0, reason, certificate)
 

@@ -363,9 +363,9 @@ def _evaluate_rows(stages: StageResults, part_name: str, rows: Rows) -> np.ndarr
     assert isinstance(arithmetic, NumericArithmetic)
     entries = [entry for row in rows for entry in row]
     names = set().union(*map(find_names, entries)) & set(arithmetic.values)
-    stepped = arithmetic.evaluate_stepped(compile_program(entries), names)
-    stepped = stepped.reshape(len(rows), -1, *stepped.shape[1:])
-    return stepped if QUESTIONS[part_name].differentiates_substitute else arithmetic.drop_derivatives(stepped)
+    entry_values = arithmetic.evaluate_stepped(compile_program(entries), names)
+    values = entry_values.reshape(len(rows), -1, *entry_values.shape[1:])
+    return values if QUESTIONS[part_name].differentiates_substitute else arithmetic.drop_derivatives(values)
 
 
 def _compute_determinant(rows: Rows) -> Rows:

@@ -25,7 +25,7 @@ from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.expected_form import read_answer
 from qdot.grader.judging.functions import FUNCTION_TEXT, is_function_table
 from qdot.grader.judging.judge import judge_parsed
-from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, missing_judgement
+from qdot.grader.judging.verdict import Diagnosis, Judgement, Outcome, Verdict, make_missing_judgement
 from qdot.grader.marking.follow_through import FollowThrough, IsCopied, find_follow_through, never_copied
 from qdot.grader.marking.partial_credit import AnswerInContext, give_partial_credit
 from qdot.grader.sandbox.time_budgets import Budget, TimeBudgets
@@ -78,7 +78,7 @@ def mark(
             marking.judgements[part.name] = marking.judge(part, texts[part.name], functions_seed)
         else:
             reason = (reasons or {}).get(part.name, "no answer was found for this part")
-            marking.judgements[part.name] = missing_judgement(reason)
+            marking.judgements[part.name] = make_missing_judgement(reason)
     return [marking.make_verdict(part, texts.get(part.name)) for part in problem.parts]
 
 

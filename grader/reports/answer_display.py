@@ -124,7 +124,7 @@ def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
 
 def _write_chosen_options(problem: Problem, part: Part, text: str) -> str:
     """Return, as HTML, the options that a student chose, with their letters (and items in a matching question)."""
-    indices, items = list(read_answer(problem, part, text).chosen), part.answer.matched_items
+    indices, items = list(read_answer(problem, part, text).chosen_indices), part.answer.matched_items
     prefixes = [f"{item}: " for item in items]
     if len(indices) != len(items):  # the question has no items, or the student did not match all of them
         indices = list(dict.fromkeys(indices))

@@ -96,7 +96,7 @@ def return_feedback(
     if target_name == FOLDER:
         names = {student: f"{make_file_name(students[student])}.html" for student in pages}
         files: dict[Path, bytes] = {out / names[student]: page for student, page in pages.items()}
-        returned = ReturnedFeedback(out, len(pages), out / "grades.csv")
+        returned_feedback = ReturnedFeedback(out, len(pages), out / "grades.csv")
         marks = make_grades_csv(results, assignment.roster, names)
     else:
         target = TARGETS[target_name]
@@ -108,11 +108,12 @@ def return_feedback(
         zip_path = out / f"{target_name}-feedback.zip"
         files = {zip_path: make_zip(zipped_pages)}
         notes = _note_absent_students(results, submitted_ids)
-        returned = ReturnedFeedback(zip_path, len(zipped_pages), out / f"{target_name}-grades.csv", notes)
+        marks_path = out / f"{target_name}-grades.csv"
+        returned_feedback = ReturnedFeedback(zip_path, len(zipped_pages), marks_path, notes)
         marks = target.make_marks(assignment, results)
-    for path, content in (*files.items(), (returned.marks_path, marks.encode())):
+    for path, content in (*files.items(), (returned_feedback.marks_path, marks.encode())):
         write_atomically(path, content, 0o600)
-    return returned
+    return returned_feedback
 
 
 def _check_owners(assignment: Assignment, results: Sequence[Result]) -> None:

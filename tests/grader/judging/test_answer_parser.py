@@ -54,7 +54,7 @@ def test_a_typed_reference_parses_to_its_own_tree(problem: Problem) -> None:
         answer = read_answer(problem, part, part.answer.as_typed())
         assert answer.refusal is None, (part.name, answer.refusal)
         if part.answer.offered_options:
-            assert tuple(sorted(answer.chosen)) == tuple(sorted(part.answer.correct_indices))
+            assert tuple(sorted(answer.chosen_indices)) == tuple(sorted(part.answer.correct_indices))
         elif not part.answer.is_set:
             shape = part.shape or (1, 1)
             assert answer.rows is not None and (len(answer.rows), len(answer.rows[0])) == shape
@@ -240,7 +240,7 @@ def test_metadata_do_not_reveal_the_configurations_in_drawings() -> None:
     assert " deg" in problem.parts[0].answer.offered_options[0] and " deg" not in metadata
     assert_metadata_describes_forms(problem)
     form = find_claimed_form(json.loads(metadata), "p1", "singular-drawing")
-    assert form is not None and read_in_form(form, "b").chosen == (1,)
+    assert form is not None and read_in_form(form, "b").chosen_indices == (1,)
     assert read_in_form(form, "z").refusal is not None
 
 
