@@ -101,7 +101,7 @@ EDITS: dict[str, Edit] = {
     "right": lambda code, _: code, "right, in another form": _expand, "wrong sign throughout": _negate,
     "relative for absolute angles": _use_relative_angles, "matrices transposed": _transpose,
     "joint 2 forgotten": _forget_joint_2, "degrees for radians": _use_degrees,
-    # A student may forget pi, or the shoulder singularity.
+    # This forgets theta2 = pi, for example, or the shoulder singularity.
     "only the first condition": lambda code, part: f"{code}[:1]" if part.answer.is_set else code,
     "half of the answer": _leave_half_blank,
     "a cell with an error": lambda code, part: "1/0" if part.name in ("jacobian", "geometric-jacobian") else code,

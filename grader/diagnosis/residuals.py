@@ -24,10 +24,10 @@ MAX_LINKS = 8
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
     stages, correct_values, question = answer.correct_stages, answer.correct_values, question_of(answer.part)
-    linear_rows, residual = question.find_link_sum_rows(stages.chain), correct_values - answer.numeric.values
-    if not linear_rows or residual.shape[1] > stages.n:
+    rows_with_axes, residual = question.find_link_sum_rows(stages.chain), correct_values - answer.numeric.values
+    if not rows_with_axes or residual.shape[1] > stages.n:
         return None
-    answer_rows, axes = map(list, zip(*linear_rows, strict=True))
+    answer_rows, axes = map(list, zip(*rows_with_axes, strict=True))
     if question.link_sums == "links":
         links = np.stack([stages.arithmetic.drop_derivatives(link) for link in stages["link vectors"]])[:, axes]
         return _explain_position(stages, links, residual[:, 0])

@@ -58,7 +58,7 @@ def read_attempts(student_files: StudentFiles, assignment_key: str) -> list[Subm
     files_with_note = replace(student_files, notes=(*student_files.notes, note)) if note else student_files
     read_file = partial(_read_attempt, files_with_note, assignment_key)
     attempts = [read_file(path) for path in likely_paths]
-    if all(attempt.unreadable_reason for attempt in attempts):
+    if all(attempt.unreadable_reason for attempt in attempts):  # then one readable file among the others suffices
         other_paths = [path for path in files[:MAX_FILES_TRIED] if path not in likely_paths]
         attempts += [attempt for attempt in map(read_file, other_paths) if not attempt.unreadable_reason][:1]
     unreadable_reasons = [attempt.unreadable_reason for attempt in attempts if attempt.unreadable_reason]

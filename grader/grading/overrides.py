@@ -39,8 +39,8 @@ TOTAL_PART = ""
 class Overrides:
     """The contents of overrides.csv.
 
-    `by_part` has the overrides by student, part and answer (see `flatten_answer`); the answer is "" if the override
-    applies to any answer. `by_group` has the overrides by the key of a group.
+    `by_part` maps a student, a part and an answer (see `flatten_answer`) to an override; the answer is "" if the
+    override applies to any answer. `by_group` maps the key of a group to the group's override.
     """
 
     by_part: Mapping[tuple[str, str, str], Override] = field(default_factory=dict)

@@ -200,7 +200,7 @@ def _read_entries(
         if not are_numbers:
             tree = _stack_vectors(tree, shape, labels, columns) or tree
         rows = as_matrix(_remove_labels(tree, labels, (shape[0], 0) if are_numbers else shape))
-        if tree.kind == "eq":
+        if tree.kind == "eq":  # an equation whose left side is not the name of the answer
             refuse_nonscalars(tree)
         symbols = _find_symbols(rows)
         if are_numbers and symbols:
@@ -218,13 +218,17 @@ def _read_entries(
 
 def describe_symbols_in_numbers(symbols: AbstractSet[str]) -> str:
     """Return the reason for refusing numbers that contain symbols."""
-    return f"the question asks for numbers, but your answer contains {', '.join(sorted(symbols)[:5])}"
+    return f"the question asks for numbers, but your answer contains {', '.join(sorted(symbols)[:_MAX_NAMES_SHOWN])}"
 
 
 def name_unknown_symbols(unknown: AbstractSet[str]) -> str:
     """Return a clause about symbols that the problem doesn't define."""
-    names = ", ".join(repr(name) for name in sorted(unknown)[:5])
+    names = ", ".join(repr(name) for name in sorted(unknown)[:_MAX_NAMES_SHOWN])
     return f"{names} {'is not a symbol' if len(unknown) == 1 else 'are not symbols'} of this problem"
+
+
+_MAX_NAMES_SHOWN = 5
+"""Maximum number of names that are shown in a message."""
 
 
 _KINDS_ALLOWED_IN_SET = {"eq", "pair", "set", "list"}
@@ -293,7 +297,8 @@ def _require_conditions(tree: Node, text: str, domain: Domain, joints: Sequence[
         raise _AmbiguousAnswer(f"{reason}; write 0.5, or 0, 5 with a space")
     example = f"{joints[-1]} = 0 or {joints[-1]} = pi/3"
     alternatives = tree.args if tree.kind in ("list", "set", "or") else (tree,)
-    for bare_formula in (node for node in alternatives if _is_bare_formula(node, joints)):
+    bare_formula = next((node for node in alternatives if _is_bare_formula(node, joints)), None)
+    if bare_formula is not None:
         formula = format_tree(bare_formula)[:_MAX_LENGTH_SHOWN]
         advice = f"write the joint values at which it is zero, such as {example}, or an equation, {formula} = 0"
         raise _Refusal(f"{formula} is not a condition; {advice}")
@@ -368,7 +373,7 @@ def _lists_whole_numbers(node: Node) -> bool:
 
 
 def _has_no_content(node: Node) -> bool:
-    """Return whether an entry is blank, or only says that k is a whole number or that det J is zero."""
+    """Return whether an entry is blank, or only says that det J is zero, k a whole number, or a joint variable real."""
     names_on_left = find_names(node.args[0]) if node.kind == "eq" else set[str]()
     if names_on_left and names_on_left <= set(VOCABULARY["determinant"]):
         return True
@@ -660,7 +665,7 @@ def _remove_labels(node: Node, labels: Sequence[str] = (), shape: MatrixShape = 
         return Node("list", numbered_entries)
     expected_words = f", but the question asks for {', '.join(labels)}" if labels else ""
     advice = f"write your answer like {_make_example(shape)}" if columns else "write only the entries"
-    raise ParseError(f"you named the entries {', '.join(list(entries)[:5])}{expected_words}; {advice}")
+    raise ParseError(f"you named the entries {', '.join(list(entries)[:_MAX_NAMES_SHOWN])}{expected_words}; {advice}")
 
 
 def _stack_vectors(node: Node, shape: MatrixShape, labels: Sequence[str], columns: Sequence[str]) -> Node | None:

@@ -104,8 +104,8 @@ def _normalize(text: str) -> str:
     """
     words = " ".join(text.split())
     characters = "".join(character for character in words[:MAX_LENGTH] if unicodedata.category(character) != "Cf")
-    characters += "\N{REPLACEMENT CHARACTER}" if len(words) > MAX_LENGTH else ""
-    return unicodedata.normalize("NFKC", characters).casefold()
+    ending = "\N{REPLACEMENT CHARACTER}" if len(words) > MAX_LENGTH else ""
+    return unicodedata.normalize("NFKC", characters + ending).casefold()
 
 
 def _strip_label(text: str) -> str:

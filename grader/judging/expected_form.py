@@ -95,7 +95,7 @@ def read_in_form(expected: ExpectedForm, text: str, functions_seed: str = "") ->
 
 
 _CUBIC_METRES = re.compile(r"(?<![\w])(?:m|\\mathrm\{m\}|\\text\{m\})(?:\^\(?3\)?|\^\{3\}|³|\*\*3)[\])]?[ .$]{0,9}$")
-"""Matches cubic metres at the end of an answer."""
+"""Matches cubic metres at the end of an answer; the parser removes this unit without a check."""
 _CUBIC_POWER = 3
 """The power of metres that `_CUBIC_METRES` matches."""
 

@@ -213,7 +213,7 @@ def _credit_except_factor(answer: AnswerInContext, judgement: Judgement) -> Earn
         if det is not None:
             expected_entries = [entry * det for entry in expected_entries]
             factor = find_constant_factor(entries, expected_entries, domain, varying_names, seed, part.rounding)
-            factor = factor and replace(factor, changes_size=True)
+            factor = factor and replace(factor, changes_size=True)  # the missing divisor is a wrong factor
     if factor is None or (factor.changes_size and not set().union(*map(find_names, expected_entries)) & varying_names):
         return None
     is_single = len(wrong_indices) == 1

@@ -386,10 +386,11 @@ def _use_words_beside_cell(answers: Answers, part: str, name: str, notebook: _No
         while 0 <= index < len(notebook.cells) and index not in notebook.sources and heading is None:
             cell = notebook.cells[index]
             heading = _RELEASED_HEADING.search(cell.source)
-            if cell.part is not None or (heading and step < 0):
+            if cell.part is not None or (heading and step < 0):  # another part's cell, or this part's question
                 break
             text = cell.source[: heading.start() if heading else MAX_CELL_CHARACTERS].strip()
-            texts |= {index: text.encode(errors="replace").decode()} if text else {}
+            if text:
+                texts[index] = text.encode(errors="replace").decode()
             index += step
         if texts:
             answers.run.answers[name] = "\n\n".join(texts[index] for index in sorted(texts))
@@ -509,8 +510,11 @@ def _explain_missing(part: str, name: str, notebook: _Notebook, run: Run, stop_n
             }
             cause = _explain_unquoted_letter(name, line, error) or _find_cause(error, notebook, errors_above)
         sentences = [f"the cell with this answer {_describe_error(stopped_cell, run)}"]
-        sentences += [cause[:1].upper() + cause[1:]] if cause else []
-        return ". ".join([*sentences, f"The line is “{line}”"] if line else sentences)
+        if cause:
+            sentences.append(cause[:1].upper() + cause[1:])
+        if line:
+            sentences.append(f"The line is “{line}”")
+        return ". ".join(sentences)
     if run.end != "done":
         return _describe_end(run)
     if not cells:

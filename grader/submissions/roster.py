@@ -70,6 +70,7 @@ class Roster:
         if submitted_path.platform == "Moodle":
             id_owners |= {self._moodle_numbers[text] for text in submitted_path.ids if text in self._moodle_numbers}
         name_owners = self._find_by_name(submitted_path.name)
+        # An identifier decides unless the name contradicts it; a student's own id always decides.
         if len(id_owners) == 1 and (student_id_owners or not name_owners or id_owners <= name_owners):
             return PossibleOwners(tuple(id_owners))
         if len(id_owners) > 1 and len(id_owners & name_owners) == 1:

@@ -542,7 +542,8 @@ def _read_from_archive(path: Path, key: str) -> tuple[str, bytes, str, list[_Nei
         raise OverLimit(f"{make_printable(best_name)} in {label} is larger than {limit}; clear its outputs")
     message = f"{label} is an archive; qdot graded {make_printable(best_name)} in it"
     likely_names = [make_printable(name) for name in other_names if ranks[name] <= ranks[best_name]]
-    message += f", not {', '.join(likely_names[:5])}" if likely_names else ""
+    if likely_names:
+        message += f", not {', '.join(likely_names[:5])}"
     folder = PurePosixPath(best_name).parent
     names_in_folder = [name for name in names if name != best_name and PurePosixPath(name).parent == folder]
     neighbours: list[_Neighbour] = [(PurePosixPath(name).name, partial(read, name)) for name in names_in_folder]

@@ -279,7 +279,8 @@ def report_answers(
         last_reports[name] = AnswerReport(parts, message)
         if message != previous_report.message:
             report({"name": name, **message})
-            texts += [message["text"]] if "text" in message else []
+            if "text" in message:
+                texts.append(message["text"])
     return texts
 
 
