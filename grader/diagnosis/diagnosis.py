@@ -292,8 +292,8 @@ def _find_last_step_mistake(answer: WrongAnswer, predictions: Sequence[Predicted
     """Return a mistake in the last steps of an answer to an instructor's question, if likelier than the predictions.
 
     Most of these questions ask for more than a quantity of the arm. Then a wrong sign or number in the last steps is
-    likelier than a mistake in the arm's derivation that happens to give the same answer. A mistake in the question's
-    own formula, such as another component, is likelier still.
+    likelier than a mistake in the arm's derivation that happens to give the same answer. A mistake in the use of the
+    question's own formula, such as the wrong component, is likelier still.
     """
     formula = find_formula(answer.part)
     if formula is None or not predictions or answer.part.type == "number":

@@ -99,9 +99,10 @@ def _explain_any_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
             predicted_set = fingerprinter.fingerprint_answer(variant.answer)
             has_same_values = typed_set.tied_pieces and typed_set.valued_pieces == predicted_set.valued_pieces
             may_be_equal = has_same_values and len(typed_set.tied_pieces) == len(predicted_set.tied_pieces)
-            if predicted_set == typed_set or (
-                may_be_equal and _is_judged_correct(problem, part, parsed_answer, variant, seed)
-            ):
+            is_equal = predicted_set == typed_set
+            if not is_equal and may_be_equal:  # equal conditions on several joints may have different fingerprints
+                is_equal = _is_judged_correct(problem, part, parsed_answer, variant, seed)
+            if is_equal:
                 return _name_likeliest(problem, part, mistake, variant, fingerprinter)
     return _explain_pieces(problem, part, pieces, seed)
 
@@ -144,7 +145,10 @@ def _make_inclusion_test(problem: Problem, pieces: Sequence[Piece], seed: str) -
 
 
 def name_alternatives(alternatives: Sequence[tuple[Mistake, Mapping[str, object], str]]) -> Diagnosis:
-    """Return the diagnosis that one of the mistakes was made; each comes with its words and its complete message."""
+    """Return the diagnosis that one of the mistakes was made.
+
+    Each comes with the values in its message (its words) and with the complete message.
+    """
     names = tuple(dict.fromkeys(mistake.name for mistake, _, _ in alternatives))
     message = " Another mistake gives the same answer: ".join(dict.fromkeys(message for _, _, message in alternatives))
     signatures = tuple(locate_mistake(mistake.name, words) for mistake, words, _ in alternatives)
@@ -205,7 +209,7 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
         return None
     mistakes += [*explanation.explain_wrong_values(), *explanation.explain_missing_conditions()]
     if not explanation.is_singular_set:
-        if any("zero" in words for _, words in mistakes):
+        if any("zero" in words for _, words in mistakes):  # these messages apply to singular configurations only
             return None
         mistakes = [(name, advise_on_any_set(words)) for name, words in mistakes]
     if not 0 < len(mistakes) <= MAX_MISTAKES_NAMED:
@@ -247,10 +251,10 @@ def _convert_degrees(problem: Problem, pieces: Sequence[Piece]) -> list[Piece]:
 
 
 class _SetExplanation:
-    """Compares the set that a student claims to be singular with the expected conditions, by their configurations.
+    """Compares a student's set with the expected conditions, by their configurations.
 
-    `conditions` has a list of pieces for each condition. `wrong_pieces` are the claimed pieces that contain
-    regular configurations.
+    `claimed_pieces` are the pieces of the student's set. `conditions` has a list of pieces for each condition.
+    `wrong_pieces` are the claimed pieces that contain configurations outside the expected set.
     """
 
     def __init__(self, problem: Problem, part: Part, claimed_pieces: Sequence[Piece], seed: str) -> None:

@@ -153,10 +153,10 @@ class _Context:
     def find_sources(self, part: Part) -> Iterator[Sources]:
         """Yield each set of answers from which the answer to a part may be derived, if one of them is wrong."""
         for prerequisites in question_of(part).prerequisite_sets:
-            usable_rows = {name: source for name in prerequisites if (source := self.find_source_rows(name))}
-            wrong_parts = list(dict.fromkeys(name for source in usable_rows.values() for name in source.wrong_parts))
-            if wrong_parts and len(usable_rows) == len({*prerequisites}):
-                yield Sources({name: source.rows for name, source in usable_rows.items()}, wrong_parts)
+            sources = {name: source for name in prerequisites if (source := self.find_source_rows(name))}
+            wrong_parts = list(dict.fromkeys(name for source in sources.values() for name in source.wrong_parts))
+            if wrong_parts and len(sources) == len({*prerequisites}):  # every prerequisite is usable
+                yield Sources({name: source.rows for name, source in sources.items()}, wrong_parts)
 
     def find_source_rows(self, name: str) -> SourceRows | None:
         """Return the formulas of a part; None if a later answer must not be derived from them.

@@ -192,14 +192,14 @@ def _credit_except_factor(answer: AnswerInContext, judgement: Judgement) -> Earn
     single nonzero number earns nothing.
     """
     part, parsed, domain, varying_names = answer.part, answer.parsed, answer.domain, answer.varying_names
-    expected_entries = [entry for row in part.answer.parse_trees(domain.roles) for entry in row]
-    is_numeric = not set().union(*map(find_names, expected_entries)) & varying_names
-    if any(parsed.is_blank) or (is_numeric and sum(entry != ZERO for entry in expected_entries) == 1):
+    reference_entries = [entry for row in part.answer.parse_trees(domain.roles) for entry in row]
+    is_numeric = not set().union(*map(find_names, reference_entries)) & varying_names
+    if any(parsed.is_blank) or (is_numeric and sum(entry != ZERO for entry in reference_entries) == 1):
         return None
-    wrong_indices = list(range(len(expected_entries)))
+    wrong_indices = list(range(len(reference_entries)))
     if judgement.entries is not None:
         wrong_indices = [k for k, is_correct in enumerate(chain.from_iterable(judgement.entries)) if not is_correct]
-    expected_entries = [expected_entries[k] for k in wrong_indices]
+    expected_entries = [reference_entries[k] for k in wrong_indices]
     if parsed.table is not None:
         factor = _find_factor_of_values(parsed.table, wrong_indices, expected_entries, answer.problem)
     elif not wrong_indices or answer.has_unknown_symbols or len(parsed.entries) <= max(wrong_indices):

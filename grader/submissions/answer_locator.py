@@ -51,9 +51,9 @@ class Answers:
     forbidden_stops: list[str] = field(default_factory=list)
 
     def map_texts(self, slot: str, problem: Problem) -> dict[str, str]:
-        """Return the texts of the answers to a problem, by the name of the part."""
-        names = {part.name: name_answer_variable(slot, part.name) for part in problem.parts}
-        return {part: self.run.answers[name] for part, name in names.items() if name in self.run.answers}
+        """Map the name of each answered part of a problem to the text of its answer."""
+        variables = {part.name: name_answer_variable(slot, part.name) for part in problem.parts}
+        return {part: self.run.answers[name] for part, name in variables.items() if name in self.run.answers}
 
     def explain_missing(self, slot: str, part: str) -> str:
         """Return the reason why there is no answer to a part; empty if there is an answer."""
@@ -68,27 +68,29 @@ def find_answers(
     An answer to one of the `parts_in_words` is the text of its cell if Python can't run the cell, or of the text cells
     that a student added beside a blank cell. Raises OverLimit if the search would take too long.
     """
-    names = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
-    notebook = _Notebook(cells, names)
+    variables = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
+    notebook = _Notebook(cells, variables)
     for part in parts:
         notebook.locate_answer(part)
     sources = [notebook.sources.get(index) for index in range(len(cells))]
-    run = run_cells(sources, list(names.values()))
+    run = run_cells(sources, list(variables.values()))
     errors = run.cell_errors
     cells_lacking_name = [index for index, error in sorted(errors.items()) if error.startswith("NameError")]
 
     @functools.cache
     def run_again() -> Run:
         """Run the cells that lacked a name again after all others, because students can run cells in any order."""
-        return run_cells([*sources, *(sources[index] for index in cells_lacking_name)], list(names.values()))
+        return run_cells([*sources, *(sources[index] for index in cells_lacking_name)], list(variables.values()))
 
     stop_notes = {index: _describe_stop(notebook, index, run) for index in sorted({*errors, *run.failed_imports})}
     forbidden_cells = [index for index, error in sorted(errors.items()) if error.startswith("PermissionError")]
     answers = Answers(run, {}, notebook.notes, [stop_notes[index] for index in forbidden_cells])
     answers.notes += _find_first_stop(notebook, stop_notes)
     answers.notes += [_describe_replacement(name, *replacement) for name, replacement in run.replaced_symbols.items()]
-    answers.notes += [*_describe_overtime(notebook, run), *filter(None, [_describe_end(run)])]
-    for part, name in names.items():
+    answers.notes += _describe_overtime(notebook, run)
+    if end_note := _describe_end(run):
+        answers.notes.append(end_note)
+    for part, name in variables.items():
         if _is_missing(run, name):
             _use_earlier_value(answers, name)
         setters = [index for index in cells_lacking_name if index in notebook.find_setters(name)]
@@ -127,22 +129,23 @@ def guess_parts(cells: Sequence[Cell], load_questions: Callable[[], Container[st
 class _Notebook:
     """A notebook's cells, with the source that is run for each code cell, and the names that this source sets.
 
-    `names` maps each part to its variable. `sources` and `bound_names` have the sources and the names by the index of
-    the cell. `notes` tell the student how the sources were changed to find an answer.
+    `variables` maps each part to the name of its variable. `sources` and `bound_names` map the index of each code cell
+    to its source and to the names that it sets. `notes` tell the student how the sources were changed to find an
+    answer.
     """
 
-    def __init__(self, cells: Sequence[Cell], names: Mapping[str, str]) -> None:
-        self.cells, self.names, self.notes = cells, names, list[str]()
+    def __init__(self, cells: Sequence[Cell], variables: Mapping[str, str]) -> None:
+        self.cells, self.variables, self.notes = cells, variables, list[str]()
         self._trees, self._remaining_characters = dict[str, ast.Module | None](), MAX_PARSED_CHARACTERS
         self.sources = {index: cell.source for index, cell in enumerate(cells) if cell.is_code}
-        slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in names})) or "$^"  # "$^" never matches
+        slots = "|".join(sorted({re.escape(part.split(".")[0]) for part in variables})) or "$^"  # "$^" never matches
         self._likely_variable = re.compile(rf"\b(?:{slots})_?\w", re.IGNORECASE)
         self.bound_names = {index: self._find_names_in_cell(index) for index in self.sources}
 
     def _find_names_in_cell(self, index: int) -> set[str]:
         """Return the names that a cell sets; an empty set if the cell can't contain an answer."""
         cell = self.cells[index]
-        if cell.part not in self.names and not self._likely_variable.search(cell.source):
+        if cell.part not in self.variables and not self._likely_variable.search(cell.source):
             return set()
         tree = self._parse_cell(cell.source)
         if tree is None:  # guess the names; the run will report the error in the cell
@@ -159,7 +162,7 @@ class _Notebook:
 
     def locate_answer(self, part: str) -> None:
         """If no cell sets the variable of a part, find the answer elsewhere and assign it in the source that is run."""
-        name, setters = self.names[part], self.find_setters(self.names[part])
+        name, setters = self.variables[part], self.find_setters(self.variables[part])
         marked_cells = [index for index in self.find_marked_cells(part) if index in self.sources]
         assigning_cells = [index for index in marked_cells if isinstance(self._find_statement(index), ast.Assign)]
         if setters:
@@ -180,7 +183,7 @@ class _Notebook:
 
     def _use_misspelt_variable(self, name: str) -> None:
         """Use a misspelt variable, such as P1_Jacobian, for one that no cell sets, if exactly one name is similar."""
-        answer_names, start = list(self.names.values()), name[:2].casefold()
+        answer_names, start = list(self.variables.values()), name[:2].casefold()
         other_names = sorted(set().union(*self.bound_names.values()) - set(answer_names))
         candidates = [
             candidate for candidate in other_names
@@ -220,12 +223,12 @@ class _Notebook:
 
     def _use_as_answer(self, index: int, part: str, reason: str) -> bool:
         """Use the value of an answer cell as the answer to its part; return False if the cell has no value to use."""
-        name, statement = self.names[part], self._find_statement(index)
+        name, statement = self.variables[part], self._find_statement(index)
         if statement is None:
             return False
         target = statement.targets[-1] if isinstance(statement, ast.Assign) else None
         assigned_name = target.id if isinstance(target, ast.Name) else ""
-        if target is not None and assigned_name in self.names.values():
+        if target is not None and assigned_name in self.variables.values():
             if self.find_setters(assigned_name) == [index]:
                 return False  # the value is the only answer to another part
             self._replace_text(index, target.lineno, target.col_offset, target.end_col_offset or 0, name)
@@ -245,7 +248,7 @@ class _Notebook:
 
     def _use_text_cell(self, index: int, part: str) -> bool:
         """Use and run the Python code in a text cell; return False if the code contains no answer."""
-        name = self.names[part]
+        name = self.variables[part]
         code = self._find_code(self.cells[index].source, name)
         if code is None:
             return False
@@ -440,7 +443,7 @@ def _describe_overtime(notebook: _Notebook, run: Run) -> list[str]:
     for index, error in run.cell_errors.items():
         if error.startswith(OVERTIME_ERRORS):
             names = notebook.bound_names[index] & set(run.answers)
-            used_names = [name for name in notebook.names.values() if name in names]
+            used_names = [name for name in notebook.variables.values() if name in names]
             effect = f"; qdot used {' and '.join(used_names)}, which the cell had already set" if used_names else ""
             notes.append(f"qdot stopped {_name_cells([index])}: {error}{effect}")
     return notes
@@ -554,10 +557,10 @@ def _find_cause(error: str, notebook: _Notebook, errors_above: Mapping[int, str]
     name_error = re.match(r"NameError: name '(\w+)'", error)
     if name_error is None:
         return ""
-    name, names = name_error[1], sorted(set().union(notebook.names.values(), *notebook.bound_names.values()))
+    name, names = name_error[1], sorted(set().union(notebook.variables.values(), *notebook.bound_names.values()))
     for index in sorted(errors_above):
         if _may_set(notebook.sources[index][:MAX_CELL_CHARACTERS], name):
-            if name in notebook.names.values():
+            if name in notebook.variables.values():
                 return f"the cell that sets {name} stopped, too. Correct that cell first"
             return f"the name {name} is missing because {errors_above[index]}"
     if name in _MODULE_IMPORTS:
