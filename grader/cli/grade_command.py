@@ -129,7 +129,8 @@ def _grade_class(
 ) -> tuple[Mapping[str, Result], list[Result], str]:
     """Grade a class's submissions and write feedback; `source` is the folder or zip with the submissions.
 
-    Return the results of the previous run by student, the new results, and a summary with the next command, if any.
+    Return a mapping from students to the results of the previous run, the new results, and a summary with the next
+    command, if any.
     """
     from qdot.grader.reports.graded_folder import write_reports
     from qdot.grader.reports.returned_feedback import TARGETS

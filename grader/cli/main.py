@@ -135,7 +135,7 @@ def _make_group(default_command: str) -> "type[typer.core.TyperGroup]":
 
 @functools.cache
 def _parse_docstrings(module: str) -> dict[str, str | None]:
-    """Return the docstrings of a module's functions by name, without loading the module."""
+    """Map the name of each function of a module to its docstring, without loading the module."""
     spec = find_spec(module)
     assert spec is not None and spec.origin is not None, module
     statements = ast.parse(Path(spec.origin).read_bytes()).body

@@ -258,7 +258,7 @@ def grade_notebook(
     path: Path | str, problems: Mapping[str, Problem], *, secret: str | None = None, limits: Limits | None = None,
     strict: bool = False,
 ) -> dict[str, list[Verdict]]:  # fmt: skip
-    r"""Run a notebook in the sandbox and return the verdicts on its answers, by slot ("p1", "p2", …).
+    r"""Run a notebook in the sandbox; map each slot ("p1", "p2", …) to the verdicts on its answers.
 
     `secret` and the notebook determine the configurations at which answers are compared, as in `mark`. `limits` sets
     the time and memory limits. The notebook file is not changed. For late work, several attempts or feedback pages, use

@@ -100,7 +100,7 @@ def make_record(problem: Problem) -> ProblemRecord:
 def make_certificate_text(
     assignment: Assignment, student: str, records: Mapping[str, ProblemRecord], notebook: Mapping[str, Any]
 ) -> str:
-    """Return the content of a student's certificate file: `records` by slot, and digests of the released notebook."""
+    """Return the content of a student's certificate file: the record of each slot, and digests of the notebook."""
     certificate = StudentCertificate(
         assignment=assignment.key, student=student, notebook_digest=assignment.notebook_digest_of(student),
         notebook=dict(certificates.compute_cell_digests(notebook)), problems=dict(records),

@@ -81,7 +81,7 @@ def check_class(
 
 
 def _map_claims(sample: Mapping[str, Submission], claim_name: str) -> dict[str, str]:
-    """Return the texts that the notebooks' metadata contain under a key, by the student who submitted the notebook."""
+    """Map each student to the text that the metadata of the student's notebook contain under a key, if it is a text."""
     claims = {student: submission.qdot_metadata.get(claim_name) for student, submission in sample.items()}
     return {student: claim for student, claim in claims.items() if isinstance(claim, str)}
 

@@ -35,7 +35,7 @@ class MarkChange:
 
 
 def read_previous_results(assignment: Assignment) -> dict[str, Result]:
-    """Return the results of the previous run, by student. Lines of results.jsonl that can't be parsed are omitted."""
+    """Map each student to the result of the previous run. Lines of results.jsonl that can't be parsed are omitted."""
     return {result.student: result for _, result in _read_previous_lines(assignment)}
 
 

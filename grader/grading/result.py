@@ -166,7 +166,7 @@ class Result:
 
     @property
     def overrides(self) -> dict[str, Override]:
-        """The overrides, by the name of the part in the assignment or "total"."""
+        """Maps the name of each overridden part, or "total", to the override."""
         overrides = {**{name: part.override for name, part in self.parts.items()}, "total": self.override}
         return {name: override for name, override in overrides.items() if override is not None}
 

@@ -142,7 +142,7 @@ class _Context:
 
     @cached_property
     def parts(self) -> dict[str, Part]:
-        """The parts by name: those of the problem, and other parts of the derivation once they are needed."""
+        """Maps names to parts: those of the problem, and other parts of the derivation once they are needed."""
         return {part.name: part for part in self.problem.parts}
 
     @cached_property

@@ -287,7 +287,7 @@ def _find_entry_flags(part: Part, follow_through: FollowThrough) -> tuple[tuple[
 
 
 def map_max_points(assignment: Assignment) -> dict[str, float]:
-    """Return the maximum points of every part, by the part's name in the assignment, for example "p1.jacobian"."""
+    """Map each part's name in the assignment, for example "p1.jacobian", to its maximum points."""
     names = [f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions]
     return dict(zip(names, [points for slot in assignment.slots for points in slot.max_points], strict=True))
 

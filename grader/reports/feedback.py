@@ -56,7 +56,7 @@ ADVICE_BY_STATUS = {
     "unusable": "Check the file that you submitted. If you can still submit, open this assignment's notebook in "
     "Jupyter, save it, and submit that file. Otherwise, tell your instructor.",
 }
-"""What a student can do if there was no notebook to grade, by the status of the work (`find_work_status`)."""
+"""Maps the status of work (`find_work_status`) to what a student can do if there was no notebook to grade."""
 MAX_PARTS_WITHOUT_OVERVIEW = 6
 """If a student has more parts than this, the page begins with an overview of them."""
 

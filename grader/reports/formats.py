@@ -74,7 +74,7 @@ FORMATS = {
                      is_private=True),
     )
 }  # fmt: skip
-"""The report formats by name."""
+"""Maps the name of each report format to the format."""
 
 STDOUT = "-"
 """The path that means standard output."""

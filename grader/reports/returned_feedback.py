@@ -68,7 +68,7 @@ TARGETS = {
         "in the assignment's folder, Submissions > Add feedback files",
     ),
 }  # fmt: skip
-"""The platforms by the name in `--to`."""
+"""Maps each value of `--to` that names a platform to the platform."""
 FOLDER = "folder"
 """The value of `--to` for a folder with a page for each student."""
 

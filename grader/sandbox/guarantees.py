@@ -49,7 +49,7 @@ PROMISES = {
     "time": Promise("is killed when it has used its processor time", ("limits",)),
     "privileges": Promise("has no root privileges and can't gain any", ("privileges", "seccomp", "user")),
 }  # fmt: skip
-"""What qdot promises about a notebook, by the name of the guarantee."""
+"""Maps the name of each guarantee to what qdot promises about a notebook."""
 
 _ALLOW_NAMESPACES = (
     "Allow user namespaces: sysctl kernel.apparmor_restrict_unprivileged_userns=0 (Ubuntu), "
@@ -76,7 +76,10 @@ MEASURES = {
     "quota": Measure("count of written bytes", ""),
     "watch": Measure("audit hook", ""),
 }
-"""The measures by name. A machine without namespaces, which give each notebook a private root, needs the quota."""
+"""Maps the name of each measure to the measure.
+
+Namespaces give each notebook a private root of limited size, so only a machine without them needs the quota.
+"""
 
 
 @dataclass(frozen=True)

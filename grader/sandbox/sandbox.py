@@ -239,8 +239,8 @@ class Sandbox:
     ) -> Run:  # fmt: skip
         """Run qdot's own code `setup`, then the cells that are not None; return the values of `names` as text.
 
-        Cells may import `modules`: Python files, by name, that are put into the notebook's folder. An answer that is a
-        function is called with the `arguments` for the slot with which the variable's name begins, as in `p1_position`.
+        `modules` maps the names of Python files, which cells may import, to their texts. An answer that is a function
+        is called with the `arguments` for the slot with which the variable's name begins, as in `p1_position`.
         Raises QdotError if the notebook can't be isolated as it should be.
         """
         request = {

@@ -82,7 +82,7 @@ def _describe_axis_senses(chain: Chain) -> str:
 
 
 Features = Mapping[str, Callable[[Chain], str]]
-"""Functions that describe a feature of an arm, by the name of the feature."""
+"""Maps the name of a feature to a function that describes the feature of an arm."""
 FEATURES: Features = {
     "kinds of joints": lambda chain: "".join(joint.kind for joint in chain.joints),
     "lengths": lambda chain: count_noun(len(chain.parameters), "symbolic length"),

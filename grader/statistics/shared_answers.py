@@ -33,7 +33,7 @@ def describe_shared_answers(assignment: Assignment) -> list[str]:
 
 
 def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
-    """Return the digests of a student's parts by slot and part; {} if the certificate is damaged or out of date."""
+    """Map each slot to the digests of a student's parts there; {} if the certificate is damaged or out of date."""
     try:
         certificate = read_certificate(make_certificate_path(assignment, student), assignment.key, student)
     except QdotError:

@@ -43,7 +43,7 @@ def is_archive(first_bytes: bytes) -> bool:
 
 
 def list_members(path: Path) -> dict[str, int]:
-    """Return the sizes in bytes of the files in an archive, by name. Raises Unreadable if it can't be opened."""
+    """Map the name of each file in an archive to its size in bytes. Raises Unreadable if it can't be opened."""
     label = make_printable(path.name)
     try:
         if zipfile.is_zipfile(path):
@@ -82,7 +82,7 @@ def _read_content(path: Path, name: str) -> bytes:
 
 
 def _list_zip(path: Path) -> dict[str, int]:
-    """Return the sizes of the files in a zip, by name. Raises OverLimit if there are too many files.
+    """Map the name of each file in a zip to its size in bytes. Raises OverLimit if there are too many files.
 
     Parsing a very long central directory, the list of files in a zip, would take too much memory, so its size is
     checked first. The end record, the last part of a zip, has at most 65,557 bytes and contains this size in bytes.

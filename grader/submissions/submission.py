@@ -105,7 +105,7 @@ class StudentFiles:
 
 @dataclass(frozen=True)
 class SubmissionFolder:
-    """The files in a folder of submissions, by the students to whom the files belong.
+    """The files in a folder of submissions; `by_student` maps each student to the files that belong to this student.
 
     `not_on_roster` has the names of files that belong to no student on the roster. `uncertain_owners` has a message
     on each file whose owner is uncertain.
@@ -515,7 +515,7 @@ _Neighbour = tuple[str, Callable[[], bytes]]
 
 
 def _read_modules(neighbours: Sequence[_Neighbour]) -> dict[str, str]:
-    """Return the texts of those files that Python can import, by file name."""
+    """Map the name of each file that Python can import to its text."""
     modules = [(name, read) for name, read in neighbours if name.endswith(".py") and name[:-3].isidentifier()]
     contents = [(name, read()) for name, read in modules[:MAX_MODULES]]
     return {name: data.decode("utf-8-sig", "replace") for name, data in contents if len(data) <= MAX_MODULE_BYTES}

@@ -143,4 +143,4 @@ ADVICE_BY_TYPE = {
     "module": "; write a formula, as in sin(theta1)",
     "builtin_function_or_method": "; call it with its argument in brackets",
 }
-"""Advice on what to write instead of a value, by the name of its type, because pandas may not be installed."""
+"""Maps the name of a type to advice on what to write instead. The types themselves may not be installed (pandas)."""
