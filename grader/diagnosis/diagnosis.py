@@ -72,8 +72,9 @@ LAST_STEP_MISTAKES = {
     "number-typed", "relative-rates",
     "term-missing", "term-sign-typed", "term-signs", "trig-throughout", "trig-typed", "trigs-in-terms",
 }  # fmt: skip
-"""The mistakes in the last steps that are likelier than a mistake in the arm's derivation if an instructor's question
-asks for more than a quantity of the arm."""
+"""The mistakes in the last steps that are likelier than a mistake in the arm's derivation.
+
+This holds if an instructor's question asks for more than a quantity of the arm."""
 LAST_STEP_MISTAKES_IN_QUANTITIES = {"relative-rates"}
 """The mistakes in the last steps that are likelier even if an instructor's question asks for a quantity of the arm."""
 UNIT_MISTAKES = {"centimetres", "millimetres", "thousandth"}

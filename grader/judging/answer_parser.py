@@ -527,8 +527,8 @@ def _contains_only_blanks(node: Node) -> bool:
 def _find_value(tree: Node, domain: Domain, labels: Sequence[str] = ()) -> Node:
     """Return the value in "J = …", "… = J" or "det: …"; return any other tree unchanged.
 
-    The name must be either the only name in `labels` or a name that the student made up. Before a matrix, the name may
-    also be parsed as a symbol, such as M as the mass m: a symbol stands for a number and can't equal a matrix.
+    The name must be either the only name in `labels` or a name that the student made up. Before a matrix, it may also
+    look like a symbol, as M looks like the mass m, because a symbol stands for a number and can't equal a matrix.
     """
     statement = tree.args[0] if tree.kind == "dict" and len(tree.args) == 1 else tree
     sides = list_equation_sides(statement) or (statement.args if statement.kind == "pair" else ())

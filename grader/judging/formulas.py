@@ -77,8 +77,9 @@ def judge_matrix(
 ) -> Judgement:
     """Judge a matrix or vector entry by entry.
 
-    The share is the number of correct nonzero entries, minus the number of wrong entries that should be zero, divided
-    by the number of nonzero entries in the reference. So a matrix of zeros earns nothing.
+    The share is a quotient. Its numerator is the number of correct nonzero entries, minus the number of wrong entries
+    that should be zero. Its denominator is the number of nonzero entries in the reference. So a matrix of zeros earns
+    nothing.
     """
     expected = [entry for row in reference for entry in row]
     # A blank entry is replaced by the correct entry, so that it is never the counterexample.

@@ -1,7 +1,7 @@
 """Mark a student's answers to a problem: judge each answer, and compute its share of the points.
 
-An answer earns points because it agrees with the correct answer (the reference), by partial credit, or by
-follow-through: it follows from the student's own wrong answer to an earlier part.
+An answer earns points in one of three ways: it agrees with the correct answer (the reference), it gets partial credit,
+or it follows from the student's own wrong answer to an earlier part (follow-through).
 """
 
 import secrets
@@ -100,8 +100,8 @@ class _ProblemMarking:
 
     `seeds` maps each part to the seed of the configurations at which its answer is compared. `differences` maps each
     part to the reason of its judgement before partial credit was given, and `earlier_mistakes` are the mistakes that
-    explain the wrong answers so far. `attempt_parts` lists the parts whose answers are real attempts at this arm, and
-    `undecided_parts` those for which there was no time to decide whether the answer is a real attempt.
+    explain the wrong answers so far. `attempt_parts` lists the parts whose answers are real attempts at this arm. For
+    the `undecided_parts`, there was no time to decide this.
     """
 
     problem: Problem

@@ -1,8 +1,8 @@
 """Pack the feedback pages of a class for upload to a platform (`qdot return`).
 
-A platform finds the student of a page by the name of the page's file or folder, which must begin like the name in the
-platform's download of the submissions. The names are those that Moodle's mod/assign/feedback/file/importziplib.php and
-Canvas's app/models/abstract_assignment.rb parse. Brightspace's documentation requires the folders of its download.
+A platform finds the student of a page by the name of the page's file or folder. This name must begin like the name in
+the platform's download of the submissions. Moodle's mod/assign/feedback/file/importziplib.php and Canvas's
+app/models/abstract_assignment.rb parse these names. Brightspace's documentation requires the folders of its download.
 """
 
 import re

@@ -65,8 +65,9 @@ def find_answers(
 ) -> Answers:
     """Run a notebook and find the answers to `parts`, which have names such as "p1.jacobian".
 
-    An answer to one of the `parts_in_words` is the text of its cell if Python can't run the cell, or of the text cells
-    that a student added beside a blank cell. Raises OverLimit if the search would take too long.
+    An answer to one of the `parts_in_words` is the text of its cell if Python can't run the cell. If the cell is blank,
+    the answer is the text of the text cells that a student added beside it. Raises OverLimit if the search would take
+    too long.
     """
     variables = {part: name_answer_variable(*part.split(".", 1)) for part in parts}
     notebook = _Notebook(cells, variables)

@@ -1,8 +1,8 @@
 """Split a submitted file into cells: notebooks, scripts and Markdown. Other files are refused.
 
-Nothing is executed. No notebook library is used, because only the text of the cells is needed, and because the student
-must get one clear sentence about a damaged, hostile or enormous file. Scripts and Markdown are split in the formats of
-jupytext. A large file is parsed by this module in a separate process, with limits of memory and time.
+Nothing is executed. No notebook library is used: only the text of the cells is needed, and the student must get one
+clear sentence about a damaged, hostile or enormous file. Scripts and Markdown are split in the formats of jupytext. A
+large file is parsed by this module in a separate process, with limits of memory and time.
 """
 
 import ast

@@ -13,12 +13,13 @@ with Path(__file__).with_name("refused_calls.csv").open(encoding="utf-8") as fil
     REFUSED_CALLS = tuple(csv.DictReader(file))
 """The calls that are refused, with their number on each kind of machine; empty if a machine has no such call.
 
-The groups of calls are: programs and processes (for clone, see below); sockets; ways around a filter; other processes;
-memory outside every limit or that outlives the process, and resources that the whole machine shares; namespaces and
-mounts; the machine. Calls of the group "machine files" are refused only if a notebook sees the machine's own files:
-Landlock does not restrict changes of metadata. With the descriptor of an open library, a notebook could make the
-library unreadable for everybody. fallocate is in this group, because space that is reserved but not written can't be
-counted.
+The calls are grouped by what they reach, such as sockets or other processes. The group "filter" contains ways around a
+filter of calls. The group "memory" contains memory that no limit covers or that outlives the process, and resources
+that the whole machine shares.
+
+Calls of the group "machine files" are refused only if a notebook sees the machine's own files. Landlock does not
+restrict changes of metadata: with the descriptor of an open library, a notebook could make the library unreadable for
+everybody. fallocate is in this group, because space that is reserved but not written can't be counted.
 """
 
 _CLONE, _CLONE3, _PRCTL, _IOCTL, _FCNTL = (56, 220), (435, 435), (157, 167), (16, 29), (72, 25)
