@@ -332,7 +332,7 @@ def _list_question_tasks(path: Path, identities: Sequence[ProblemId]) -> list[Ve
 
 
 def _list_families_by_question(content: Mapping[str, Any]) -> dict[str, set[str]]:
-    """Return the families of the problems that ask each question, for the content of an assignment."""
+    """Map each question in the content of an assignment to the families of the problems that ask it."""
     families_by_question: dict[str, set[str]] = {}
     for problem in content.get("problem", ()):
         questions = problem.get("questions", ()) if isinstance(problem, dict) else ()

@@ -14,7 +14,7 @@ LINE_WIDTH = 100
 
 
 def group_families_by_heading() -> dict[str, list[Family]]:
-    """Return the families under each heading; the headings are in the order of their first families."""
+    """Map each heading to its families; the headings are in the order of their first families."""
     families_by_heading: dict[str, list[Family]] = {}
     for family in FAMILIES.values():
         families_by_heading.setdefault(_choose_heading(family), []).append(family)
@@ -85,7 +85,7 @@ def describe_family(family: Family, convention: str = "") -> str:
 
 
 def list_refusals(family: Family, convention: str = "") -> dict[str, str]:
-    """Return the questions that don't apply to a family's arms in a convention, each with the reason."""
+    """Map each question that doesn't apply to a family's arms in a convention to the reason."""
     applicable_questions = find_listing(family, convention).questions
     chain = sample_chain(ProblemId(family.name, 0, convention=convention), family)
     default_reason = "can't be asked about other arms of the family"

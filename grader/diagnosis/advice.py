@@ -58,7 +58,7 @@ MAX_CONFIGURATIONS = 81
 
 
 def advise(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str = "") -> Diagnosis | None:
-    """Return advice on a wrong answer; None if it consists of option letters or could not be parsed."""
+    """Return advice on a wrong answer; None if the answer consists of option letters or could not be parsed."""
     if part.answer.is_set:
         remark = _advise_on_set(problem, part, parsed_answer, seed)
     elif parsed_answer.rows is None or any(parsed_answer.is_blank):

@@ -108,16 +108,16 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
     if square is not None and expected_square is not None:
         entry, reference = square, expected_square
     expected_terms = _list_terms(reference, values)
-    matching = _Matching(values, [term.values for term in _list_terms(entry, values)])
-    if len(matching.typed_values) != len(expected_terms):
+    unmatched_values = _UnmatchedValues(values, [term.values for term in _list_terms(entry, values)])
+    if len(unmatched_values.typed_values) != len(expected_terms):
         return None
-    unmatched_terms = [term for term in expected_terms if not matching.take(term.values)]
+    unmatched_terms = [term for term in expected_terms if not unmatched_values.take(term.values)]
     differences: list[TermDifference] = []
     # Each kind of variant, the likeliest first, is tried on all terms before the next kind.
-    for generate_variants in (_negate, matching.exchange_trigs, matching.change_number):
+    for generate_variants in (_negate, unmatched_values.exchange_trigs, unmatched_values.change_number):
         remaining_terms, unmatched_terms = unmatched_terms, []
         for term in remaining_terms:
-            variants = (variant for variant, variant_values in generate_variants(term) if matching.take(variant_values))
+            variants = (variant for variant, values in generate_variants(term) if unmatched_values.take(values))
             variant = next(variants, None)
             if variant is None:
                 unmatched_terms.append(term)
@@ -168,7 +168,7 @@ def _negate(term: _Term) -> _Variants:
 
 
 @dataclass
-class _Matching:
+class _UnmatchedValues:
     """The values of those terms of an answer's entry that are not yet matched with an expected term.
 
     `values` has the values of all symbols.

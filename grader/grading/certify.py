@@ -116,7 +116,7 @@ CERTIFIER = Certifier(make_record, make_certificate_text)
 
 
 def list_tasks(assignment: Assignment) -> list[VerificationTask]:
-    """Return every problem of a class, with its record and the failures found in the student's files.
+    """Return a task for every problem of a class, with its record and the failures found in the student's files.
 
     Students who are no longer on the roster are included, because their problems were also released.
     """
@@ -134,7 +134,7 @@ def find_former_students(assignment: Assignment) -> list[str]:
 
 
 def _list_tasks_of_student(assignment: Assignment, student: str) -> list[VerificationTask]:
-    """Return a student's problems: first the problems in current slots, then the problems in removed slots."""
+    """Return a task for each problem of a student: first the problems in current slots, then those in removed slots."""
     certificate, failures = _read_certificate(assignment, student)
     records = dict(certificate.problems) if certificate else {}
 

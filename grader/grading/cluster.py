@@ -106,7 +106,7 @@ class Cluster:
         while not self._had_workers:
             self._look_for_workers()
             time.sleep(0.1)
-        self.threads = max(32, 2 * sum(client.nthreads().values()))  # they only wait for workers, which may become more
+        self.threads = max(32, 2 * sum(client.nthreads().values()))  # they only wait; more workers may join
         self._brief = client.submit(_return_brief, brief, pure=False)  # the scheduler recreates it if its worker dies
 
     def mark(self, student: str, submission: Submission | None) -> NotebookMarks | None:

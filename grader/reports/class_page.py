@@ -43,7 +43,7 @@ def make_class_page(assignment: Assignment, results: Sequence[Result]) -> str:
     scores = class_summary.summarize_scores(results)
     parts = class_summary.summarize_parts(assignment, results)
     mistakes = class_summary.summarize_mistakes(results)
-    comparisons = _compare_variants(assignment, results, problems)
+    comparisons = _compare_groups_of_arms(assignment, results, problems)
     status_counts = Counter(map(find_work_status, results))
     overrides = [(result.student, name, override) for result in results for name, override in result.overrides.items()]
     outcome_words = dict(class_summary.OUTCOME_WORDS)
@@ -82,7 +82,7 @@ def _group_answers(results: Sequence[Result], problems: Mapping[str, Mapping[str
     return parts
 
 
-def _compare_variants(
+def _compare_groups_of_arms(
     assignment: Assignment, results: Sequence[Result], problems: Mapping[str, Mapping[str, Problem]]
 ) -> list[Comparison]:
     """Return, for every problem of the assignment, comparisons of the shares of points between groups of arms."""

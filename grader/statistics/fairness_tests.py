@@ -53,7 +53,7 @@ def _describe_twists(chain: Chain) -> str:
 
 
 def _describe_base(chain: Chain) -> str:
-    """Return how the base frame differs from the world frame."""
+    """Return in words how the base frame differs from the world frame."""
     base = convention_of(chain).base
     if base.is_world:
         return "base frame = world frame"
@@ -63,7 +63,7 @@ def _describe_base(chain: Chain) -> str:
 
 
 def _describe_point(chain: Chain) -> str:
-    """Return whether the point P is the origin of the last frame."""
+    """Return in words whether the point P is the origin of the last frame."""
     return f"P {'at' if convention_of(chain).point.is_origin else 'not at'} the origin of the last frame"
 
 
