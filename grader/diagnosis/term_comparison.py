@@ -117,7 +117,11 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
     for generate_variants in (_negate, unmatched_values.exchange_trigs, unmatched_values.change_number):
         remaining_terms, unmatched_terms = unmatched_terms, []
         for term in remaining_terms:
-            variants = (variant for variant, values in generate_variants(term) if unmatched_values.take(values))
+            variants = (
+                variant
+                for variant, variant_values in generate_variants(term)
+                if unmatched_values.take(variant_values)
+            )
             variant = next(variants, None)
             if variant is None:
                 unmatched_terms.append(term)
