@@ -161,6 +161,7 @@ def _remark_on_factor(answer: np.ndarray, expected: np.ndarray, tolerance: float
         for size_word, known_factor in (("large", candidate), ("small", 1 / candidate)):
             if abs(factor / known_factor - 1) < factor_tolerance:
                 yield f"Your answer is too {size_word} by a factor of {words}"
+    # Equal numbers may have the same wrong factor by chance.
     if len(ratios) > 1 and np.ptp(expected[is_nonzero].real) > FORMULA_TOLERANCE:
         yield (
             "Your answer is wrong by a constant factor. Check units, roots and squares, and whether a vector must have "

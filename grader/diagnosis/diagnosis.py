@@ -221,6 +221,7 @@ def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
         for form in _list_reference_forms(answer)
         if _find_shape(form) == shape
     ]
+    # Wrong signs are the smallest difference, and a wrong number is the largest.
     return min(
         filter(None, comparisons),
         key=lambda comparison: (comparison.has_wrong_number, comparison.has_exchanged_trigs),

@@ -41,6 +41,7 @@ class NumericAnswer:
                 sign = np.where((direction * expected_direction).sum(axis=0) < 0, -1.0, 1.0)  # the same for all entries
                 is_near = np.abs(direction - sign * expected_direction) <= self.tolerances.relative
             else:
+                # Terms of this size or more, which cancel, allow only a limited error.
                 large_size = LARGE_TERM_RATIO * np.maximum(np.abs(expected).max(), 1.0)
                 cap = np.where(self.term_size < large_size, np.inf, RELATIVE_TOLERANCE * large_size)
                 is_near = np.abs(self.values - expected) <= np.minimum(self._allowed_error, cap)  # nan and inf are not

@@ -73,7 +73,10 @@ def _find_links_with_sum(
         return None
     links = [k for k in list_links_to_point(stages.chain) if np.abs(contributions[k]).max() > tolerance]
     subsets = (subset for count in range(1, min(len(links), MAX_LINKS)) for subset in combinations(links, count))
-    return next((k for k in subsets if np.abs(residual - contributions[list(k)].sum(axis=0)).max() <= tolerance), None)
+    for subset in subsets:
+        if np.abs(residual - contributions[list(subset)].sum(axis=0)).max() <= tolerance:
+            return subset
+    return None
 
 
 def _describe_links(stages: StageResults, links: Sequence[int]) -> str:

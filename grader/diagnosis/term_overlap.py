@@ -45,7 +45,8 @@ def has_enough_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
         return False
     if any(parsed_answer.is_blank) or parsed_answer.symbols - set(domain.roles):
         return False
-    pairs = [pair for row_pair in zip(rows, reference, strict=True) for pair in zip(*row_pair, strict=True)]
+    row_pairs = zip(rows, reference, strict=True)
+    pairs = [pair for row, expected_row in row_pairs for pair in zip(row, expected_row, strict=True)]
     expanded_pairs = [(_expand(entry), _expand(expected_entry)) for entry, expected_entry in pairs]
     values = sample_values(domain, SAMPLE_COUNT, Stream(f"{seed}/terms"))
     varying_names = set(domain.roles) - problem.constants

@@ -132,7 +132,7 @@ def find_claimed_form(claims: Mapping[str, object], slot: str, part: str) -> Exp
     answer = _make_example_answer(form)
     if answer is None or not _is_name_list(labels) or not _is_name_list(columns):
         return None
-    if metre_power not in (None, *range(7)):
+    if metre_power not in (None, *range(7)):  # a Jacobian has at most six rows
         return None
     domain = Domain(dict.fromkeys(symbols, "signed"))
     return ExpectedForm(answer, domain, tuple(joints), tuple(labels), tuple(columns), metre_power)

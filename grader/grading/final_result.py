@@ -144,6 +144,7 @@ def _find_lateness(
     seconds = (received - deadline).total_seconds()
     if seconds <= (0 if rule is None else rule.grace):
         return None
+    # The time by which this student's deadline is later than that of the class.
     extension = datetime.timedelta(0) if assignment.due_date is None else deadline - add_time_zone(assignment.due_date)
     penalty = Fraction(0) if rule is None else rule.compute_penalty(deadline, received, extension)
     return Lateness(deadline.isoformat(), received.isoformat(), int(seconds), float(penalty), points)

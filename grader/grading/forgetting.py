@@ -208,6 +208,7 @@ def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> 
     pattern = re.compile(rb"(?<![A-Za-z0-9_])(?:" + words + rb")(?![A-Za-z0-9_])", re.IGNORECASE) if words else None
     for path in sorted(folder.rglob("*")):
         parts = path.relative_to(folder).parts
+        # The folder of `qdot serve` has a database, from which students are removed separately.
         if path in handled_paths or not path.is_file() or ".git" in parts or parts[0] == ONLINE_FOLDER:
             continue
         path_text = path.relative_to(folder).as_posix()

@@ -71,7 +71,7 @@ def find_constant_value(text: str) -> str | None:
 def parse_table(answer: str) -> tuple[tuple[int, ...] | None, np.ndarray]:
     """Return the shape of a single value in a table, and all values, an array of shape (points, entries).
 
-    Return None and no values if the table is malformed, because a student typed the prefix.
+    Return None and no values if the table is malformed: a student may have typed the prefix.
     """
     with suppress(ValueError, TypeError, KeyError, OverflowError, RecursionError):
         content = json.loads(answer.removeprefix(TABLE_PREFIX))
@@ -128,10 +128,12 @@ def _compare_values(
     relative_error, absolute_error = (rounding.relative, rounding.absolute) if rounding is not None else (0.0, 0.0)
     with np.errstate(all="ignore"):
         largest_terms = np.nanmax(np.where(np.isfinite(term_size), term_size, 0.0), axis=0)
+        # The size of an entry without nonzero terms is that of the largest entry at this point.
         scale = np.where(term_size > 0, term_size, np.where(largest_terms > 0, largest_terms, 1.0))
         tolerance = max(RELATIVE_TOLERANCE, relative_error) * scale + absolute_error
         is_close = np.abs(answer_values - expected_values) <= tolerance
     is_defined = np.isfinite(expected_values)
+    # An entry whose expected value is undefined at all points is wrong.
     is_correct = list(map(bool, (is_close | ~is_defined).all(axis=1) & is_defined.any(axis=1)))
     example = None
     if not all(is_correct):

@@ -15,6 +15,7 @@ import numpy as np
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.trees import has_blank
+from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.short_questions import question_of
 from qdot.grader.diagnosis.advice import advise
@@ -140,7 +141,7 @@ class _ProblemMarking:
         blank_parts = [repr(name) for name, tree in trees.items() if is_missing[name] or (tree and has_blank(tree))]
         if not blank_parts:
             return judgement
-        names = " and ".join(filter(None, [", ".join(blank_parts[:-1]), blank_parts[-1]]))
+        names = join_words(blank_parts)
         advice = f"your answer contains a blank from an earlier part. Fill in {names} first, then redo this part"
         is_refused = self.parsed_answers[part.name].refusal is not None  # because of the blank
         other_reason = "" if is_refused else f". {_capitalize(judgement.reason)}"

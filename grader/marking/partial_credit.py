@@ -354,6 +354,7 @@ def _have_equal_products(
         with np.errstate(all="ignore"):
             ratio = values[list(indices)].prod(axis=0) / expected_values[list(expected_indices)].prod(axis=0)
         if np.all(np.isfinite(ratio)) and abs(ratio[0]) > 0 and _are_equal(ratio, ratio[0]):
+            # Numbers may agree by chance, so the formulas are compared, too.
             product_of_answer = prod((factors[k] for k in indices), start=ONE)
             expected_product = prod((expected[k] for k in expected_indices), start=ONE)
             pair = [product_of_answer], [expected_product]

@@ -55,10 +55,9 @@ def make_part_rows(result: Result, assignment: Assignment, feedback: str = FEEDB
         override_text = "" if part.override is None else describe_override(part.override)
         texts = list(filter(None, (shown_part.advice, shown_part.reason, override_text)))
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
-        text = " ".join(sentences if len(texts) > 1 else texts)
-        message = add_chapter_to_reference(" ".join(text.split()).removesuffix("."))
-        title, message = titles.get(name, name), shorten(message, MAX_MESSAGE_LENGTH)
-        rows.append(PartRow(name, title, part.outcome, part.points, part.max_points, message))
+        paragraph = " ".join(" ".join(sentences if len(texts) > 1 else texts).split())
+        message = shorten(add_chapter_to_reference(paragraph.removesuffix(".")), MAX_MESSAGE_LENGTH)
+        rows.append(PartRow(name, titles.get(name, name), part.outcome, part.points, part.max_points, message))
     return rows
 
 

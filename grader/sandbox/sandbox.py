@@ -310,7 +310,8 @@ class Sandbox:
         except BaseException:
             self.close()
             raise
-        if ending_signal and end in ("closed", "overtime"):  # the child's own children may keep the pipe open
+        # A signal says more than the pipe, which the child's own children may have kept open.
+        if ending_signal and end in ("closed", "overtime"):
             end = "killed" if ending_signal == signal.SIGKILL else "crashed"
         return end
 

@@ -216,7 +216,7 @@ class _Notebook:
         pairs = zip(targets, assignments, strict=True)
         statements = {target.id: assignment for target, assignment in pairs if isinstance(target, ast.Name)}
         last_statement = tree.body[-1]
-        if isinstance(last_statement, ast.Expr) and isinstance(last_statement.value, ast.Name):
+        if isinstance(last_statement, ast.Expr) and isinstance(last_statement.value, ast.Name):  # it shows a variable
             return statements.get(last_statement.value.id, last_statement)
         if isinstance(last_statement, ast.Expr) and not statements and not _is_display_call(last_statement):
             return last_statement
@@ -291,6 +291,7 @@ class _Notebook:
             code = "\n".join(lines).strip().strip("`")
             if self._parse(code) is not None:
                 return code
+            # Try again without the lines from the first error on.
             del lines[max(0, min(find_first_syntax_error(code), len(lines)) - 1) :]
         return None
 

@@ -110,15 +110,13 @@ def _match_arguments(function: Any, arguments: Mapping[str, Any], get_value: Cal
     targets = [_match_parameter(name, joints, arguments["symbols"]) for name in names]
     if all(target is None for target in targets) and len(names) == len(joints):
         targets = list(joints)  # one parameter for each joint, in order, under names that the student chose
+    values = []
     for name, target in zip(names, targets, strict=True):
         if target is None:
             names_text = ", ".join(arguments["symbols"])
             raise TypeError(f"the parameter {name!r} is not a symbol of the problem; known: {names_text}")
-    return [
-        get_value(target) if isinstance(target, str) else numpy.array([*map(get_value, target)])
-        for target in targets
-        if target
-    ]
+        values.append(get_value(target) if isinstance(target, str) else numpy.array([*map(get_value, target)]))
+    return values
 
 
 def _match_parameter(name: str, joints: Sequence[str], symbols: Sequence[str]) -> str | list[str] | None:
