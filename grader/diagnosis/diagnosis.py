@@ -111,16 +111,16 @@ def diagnose(
     ('determinant-sign',)
     """
     diagnosis = _find_mistake(problem, part, parsed_answer, seed, earlier_mistakes)
-    reference = _refer_to_chapter(question_of(part).source)
-    if diagnosis is None or not diagnosis.mistakes or not reference:
+    chapter_reference = _refer_to_chapter(question_of(part).source)
+    if diagnosis is None or not diagnosis.mistakes or not chapter_reference:
         return diagnosis
-    if any(CATALOGUE[name].source for name in diagnosis.mistakes):  # the message has a reference
+    if any(CATALOGUE[name].source for name in diagnosis.mistakes):  # the message refers to the chapter already
         return diagnosis
-    return replace(diagnosis, feedback=f"{diagnosis.feedback} See {reference}.")
+    return replace(diagnosis, feedback=f"{diagnosis.feedback} See {chapter_reference}.")
 
 
 def _refer_to_chapter(source: str) -> str:
-    """Return the source of a question as a reference; "" for a source that an instructor has worded.
+    """Return the source of a question as a reference to the chapter; "" for a source that an instructor has worded.
 
     >>> _refer_to_chapter("6.8 for m < n"), _refer_to_chapter("below 6.10"), _refer_to_chapter("appendix")
     ('(6.8)', 'the text below (6.10)', 'the appendix')
@@ -138,7 +138,7 @@ def _refer_to_chapter(source: str) -> str:
 def _find_mistake(
     problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str, earlier_mistakes: Sequence[EarlierMistake]
 ) -> Diagnosis | None:
-    """Return the diagnosis of a wrong answer, without a reference to the question."""
+    """Return the diagnosis of a wrong answer, without a reference to the source of the question."""
     if parsed_answer.table is None:
         if part.answer.offered_options:
             return _explain_option(problem, part, parsed_answer, seed)
@@ -175,15 +175,15 @@ def is_one_mistake(problem: Problem, part: Part, parsed_answer: ParsedAnswer, se
     wrong_answer = evaluate_answer(problem, part, parsed_answer, seed)
     if wrong_answer is None:
         return False
-    numeric, reference = wrong_answer.numeric, wrong_answer.correct_values
+    numeric, correct_values = wrong_answer.numeric, wrong_answer.correct_values
     if not wrong_answer.has_expected_shape or wrong_answer.is_correct:
         return False
-    is_wrong = ~numeric.match_entries(reference)
+    is_wrong = ~numeric.match_entries(correct_values)
     is_nonzero = np.abs(numeric.values[is_wrong]).max(axis=-1) > RELATIVE_TOLERANCE  # many mistakes give zeros
     if is_nonzero.any():
         for prediction in predict_wrong_answers(wrong_answer.correct_stages, part, numeric.is_precise):
             values = prediction.answer
-            fits = values.shape == reference.shape and (numeric.match_entries(values) | ~is_wrong).all()
+            fits = values.shape == correct_values.shape and (numeric.match_entries(values) | ~is_wrong).all()
             if fits and is_distinctive(values):
                 return True
     # The factors of a product are marked separately, and many mistakes give zeros.
@@ -206,7 +206,7 @@ def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswe
 
 
 def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
-    """Compare the terms with each form of the correct answer (`_list_reference_forms`); return the closest comparison.
+    """Compare the terms with each form of the correct answer (`_list_correct_forms`); return the closest comparison.
 
     Return None if the terms can't be compared.
     """
@@ -218,7 +218,7 @@ def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
         return None
     comparisons = [
         compare_terms(entries, [entry for row in form for entry in row], wrong_indices, answer.symbol_values)
-        for form in _list_reference_forms(answer)
+        for form in _list_correct_forms(answer)
         if _find_shape(form) == shape
     ]
     # Wrong signs are the smallest difference, and a wrong number is the largest.
@@ -434,10 +434,10 @@ def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, fre
 
 
 def _write_message(prediction: PredictedAnswer) -> str:
-    sentence, separator, reference = prediction.sentence.partition(" See ")
+    sentence, separator, chapter_reference = prediction.sentence.partition(" See ")
     if prediction.variant.missing_symbols:
         sentence += f" The missing part contains {prediction.variant.missing_symbols}."
-    return sentence + separator + reference
+    return sentence + separator + chapter_reference
 
 
 def _explain_formulas(answer: WrongAnswer, tries_any_number: bool = False) -> Diagnosis | None:
@@ -447,7 +447,7 @@ def _explain_formulas(answer: WrongAnswer, tries_any_number: bool = False) -> Di
     mistake that was made everywhere is preferred to mistakes in some of the entries.
     """
     shape = answer.correct_values.shape[:2]
-    forms = [form if _find_shape(form) == shape else transpose(form) for form in _list_reference_forms(answer)]
+    forms = [form if _find_shape(form) == shape else transpose(form) for form in _list_correct_forms(answer)]
     diagnoses = [explain_formulas(answer, form, tries_any_number) for form in forms if _find_shape(form) == shape]
     # A mistake that was made everywhere has no signature, because it needs no location.
     return min(
@@ -461,7 +461,7 @@ def _find_shape(rows: Rows) -> tuple[int, int]:
     return len(rows), len(rows[0])
 
 
-def _list_reference_forms(answer: WrongAnswer) -> Iterator[Rows]:
+def _list_correct_forms(answer: WrongAnswer) -> Iterator[Rows]:
     """Yield the formulas of the correct answer as in the worked solution, and then as used for comparison.
 
     If an instructor's question asks for a number, the formulas are those from which the number is computed; long

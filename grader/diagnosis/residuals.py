@@ -1,6 +1,6 @@
 """Find the links whose contributions are missing in the columns of the Jacobian J or in the position of the point P.
 
-This search is used if no mistake of the catalogue gives the wrong answer. The residual is the reference minus the
+This search is used if no mistake of the catalogue gives the wrong answer. The residual is the correct answer minus the
 student's answer. Each column of the residual is compared with sums of the links' contributions, so different columns
 may lack different links.
 """

@@ -40,8 +40,8 @@ from qdot.grader.judging.verdict import Diagnosis, Outcome, locate_mistake
 
 SAMPLE_COUNT = 3
 """Number of random values of each symbol from which fingerprints are computed."""
-REFERENCE = " See (6.8)."
-"""The reference to the equation about singular configurations; feedback on other sets has no reference."""
+CHAPTER_REFERENCE = " See (6.8)."
+"""The reference to the equation about singular configurations; feedback on other sets does not refer to the chapter."""
 MAX_MISTAKES_NAMED = 3
 """Maximum number of mistakes that are named for one set."""
 MIN_DEGREES = 15.0
@@ -71,11 +71,11 @@ def explain_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed:
     diagnosis = _explain_any_set(problem, part, parsed_answer, seed)
     if diagnosis is None or (isinstance(part.answer, ConditionSet) and part.answer.is_singular_set):
         return diagnosis
-    return replace(diagnosis, feedback=diagnosis.feedback.removesuffix(REFERENCE))
+    return replace(diagnosis, feedback=diagnosis.feedback.removesuffix(CHAPTER_REFERENCE))
 
 
 def _explain_any_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> Diagnosis | None:
-    """Return the diagnosis of a wrong set, with a reference to the equation about singular configurations."""
+    """Return the diagnosis of a wrong set; the message refers to the equation about singular configurations."""
     if parsed_answer.tree is None or parsed_answer.refusal is not None:  # the reason for the refusal says enough
         return None
     joints = [q.name for q in problem.chain.q]
@@ -223,13 +223,14 @@ def _explain_pieces(problem: Problem, part: Part, claimed_pieces: Sequence[Piece
 
 
 def _join_messages(messages: Sequence[str]) -> str:
-    """Join messages into one text. A reference that all messages share appears only once, at the end.
+    """Join messages into one text. A reference to the chapter that all messages share appears only once, at the end.
 
     >>> _join_messages(["Check the sign. See (6.8).", "Use radians. See (6.8)."])
     'Check the sign. Use radians. See (6.8).'
     """
-    _, separator, reference = messages[-1].rpartition(" See ")
-    return " ".join([*(message.removesuffix(separator + reference) for message in messages[:-1]), messages[-1]])
+    _, separator, chapter_reference = messages[-1].rpartition(" See ")
+    *other_messages, last_message = messages
+    return " ".join([*(text.removesuffix(separator + chapter_reference) for text in other_messages), last_message])
 
 
 def _convert_degrees(problem: Problem, pieces: Sequence[Piece]) -> list[Piece]:
@@ -350,7 +351,7 @@ class _Fingerprinter:
         return self._collect(frozenset(starmap(self._fingerprint, piece)) for piece in programs)
 
     def fingerprint_answer(self, answer: Answer) -> SetFingerprint:
-        """Return the fingerprints of the pieces of a reference, or of a mistaken answer."""
+        """Return the fingerprints of the pieces of a correct answer, or of a mistaken answer."""
         assert isinstance(answer, ConditionSet)
         return self._collect(chain.from_iterable(map(self._fingerprint_component, answer.components)))
 

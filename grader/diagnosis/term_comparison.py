@@ -1,4 +1,4 @@
-"""Compare an answer with its reference term by term: wrong signs, sines for cosines, and wrong numbers in terms.
+"""Compare an answer term by term with the correct answer (its reference): wrong signs, sines for cosines, numbers.
 
 Both formulas are expanded into sums of products, and like terms are added. Each term of the answer must match a term of
 the reference, or differ from it by its sign, by exchanged sines and cosines, or by a numeric factor. This factor must

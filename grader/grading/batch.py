@@ -2,7 +2,7 @@
 
 The marks of a notebook are stored in graded/.cache as soon as they are computed, together with a key. The key is a
 digest of the submission, the assignment, and the versions of problems and grader. A later run uses the stored marks of
-each notebook whose key has not changed.
+each notebook whose key has not changed. An attempt is one of the notebooks that a student submitted.
 """
 
 import contextlib

@@ -2,7 +2,7 @@
 
 The certificates of a class are stored as certificates/STUDENT/KEY.json. `qdot verify DIR` reads these certificates to
 check that the problems of an assignment are still those that were released. A problem without a valid certificate
-fails.
+fails. A slot is the place of a problem in the assignment, such as "p1".
 """
 
 import unicodedata

@@ -1,7 +1,8 @@
 """Detect answers that are correct for another student's problem; later parts earn no points by following from them.
 
 For each part, the correct answers of all students are evaluated at the same random values of the symbols. The digest of
-these values is the fingerprint of an answer: equal answers have equal fingerprints.
+these values is the fingerprint of an answer: equal answers have equal fingerprints. A slot is the place of a problem in
+the assignment, such as "p1"; each student has a different problem there.
 """
 
 import hashlib

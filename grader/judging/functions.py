@@ -29,7 +29,7 @@ from qdot.grader.sandbox.sandbox import FunctionArguments
 SAMPLE_COUNT = 50
 """Number of configurations at which a function is called."""
 RELATIVE_TOLERANCE = 1e-9
-"""Allowed error of a value, relative to the size of the terms in the reference."""
+"""Allowed error of a value, relative to the size of the terms in the correct answer (the reference)."""
 FUNCTION_TEXT = f"a Python function; its values at {SAMPLE_COUNT} random configurations were compared"
 
 

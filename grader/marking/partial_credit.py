@@ -1,7 +1,7 @@
 """Give partial credit for a wrong answer, by a rule that depends on the type of answer (docs/partial-credit.md).
 
-The shares are defined in `qdot.exercises.problem.credit`. The constant lengths and angles of the arm are called
-constants. All other symbols vary with the configuration or its velocity.
+The shares are defined in `qdot.exercises.problem.credit`. The reference is the correct answer. The constant lengths and
+angles of the arm are called constants. All other symbols vary with the configuration or its velocity.
 """
 
 import re

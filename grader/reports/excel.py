@@ -20,7 +20,7 @@ CREATION_TIME = datetime.datetime(2000, 1, 1)  # noqa: DTZ001 - a workbook's tim
 MAX_CELL_LENGTH = 32_000
 """Maximum number of characters written to a cell; Excel allows 32,767."""
 MIN_COLUMN_WIDTH, MAX_COLUMN_WIDTH, MAX_HEADING_LENGTH = 8, 60, 14
-"""Width of a column in characters, and length of a line of a heading; longer headings are wrapped."""
+"""Minimum and maximum width of a column, and length at which a heading is wrapped, in characters."""
 
 
 def make_workbook(assignment: Assignment, results: Sequence[Result]) -> bytes:

@@ -247,7 +247,7 @@ def show_parts(
 ) -> tuple[PartOnPage, ...]:
     """Return the parts of a problem with a number (from 1); their texts refer to other parts by number.
 
-    `stored_texts` has the problem's texts and figures, as HTML.
+    `stored_texts` has the problem's texts and figures, as HTML. `feedback` is the level of feedback.
     """
     numbers = {result.name: f"{number}.{index}" for index, result in enumerate(results, 1)}
     parts = []

@@ -104,7 +104,7 @@ class StandInFinder:
 
     def __init__(self, prefixes: Sequence[str], attributes: dict[str, dict[str, Any]]) -> None:
         self._prefixes = {f"{prefix}." for prefix in prefixes}
-        self._parent_prefixes = {f"{prefix.partition('.')[0]}." for prefix in prefixes}
+        self._parent_prefixes = {f"{prefix.partition('.')[0]}." for prefix in prefixes}  # google of google.colab
         self._attributes = attributes
 
     def find_spec(self, name: str, _path: object = None, _target: object = None) -> ModuleSpec | None:
@@ -120,7 +120,8 @@ class StandInFinder:
 
     def exec_module(self, module: types.ModuleType) -> None:
         """Give the stand-in for a module a version, its real attributes, and the names for `from … import *`."""
-        content = {"__version__": "9.9.0", "version_info": (9, 9, 0), **self._attributes.get(module.__name__, {})}
+        version = (9, 9, 0)  # high enough for every notebook that checks the version
+        content = {"__version__": "9.9.0", "version_info": version, **self._attributes.get(module.__name__, {})}
         vars(module).update(content, __all__=STAR_IMPORT_NAMES.get(module.__name__, "").split())
 
 
