@@ -245,7 +245,7 @@ NumbersAndNodes = Iterable[tuple[Fraction, Node]]
 
 
 def _name_lengths(arm: Chain) -> dict[Fraction, Node]:
-    """Return a mapping from the absolute value of each numeric length to its name.
+    """Map the absolute value of each numeric length to its name, or to minus its name if the length is negative.
 
     Lengths of equal value share one name, which is composed of all their names.
     """

@@ -161,6 +161,7 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
             notes += [SubmissionNote(note, note) for note in answers.notes]
             forbidden_stops = [stop for stop in answers.forbidden_stops if stop not in answers.notes]
             notes += [SubmissionNote(f"refused: {stop}") for stop in forbidden_stops]
+    # What follows from a wrong answer to another student's problem earns no points.
     belongs_to_another = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
     follow_through_share = Fraction(0) if belongs_to_another else assignment.follow_through
     mark_problem = partial(mark, secret=assignment.secret, functions_seed=seed, allowance=TimeBudgets())
