@@ -118,9 +118,7 @@ def _compare_entry(entry: Node, reference: Node, values: SymbolValues) -> list[T
         remaining_terms, unmatched_terms = unmatched_terms, []
         for term in remaining_terms:
             variants = (
-                variant
-                for variant, variant_values in generate_variants(term)
-                if unmatched_values.take(variant_values)
+                variant for variant, variant_values in generate_variants(term) if unmatched_values.take(variant_values)
             )
             variant = next(variants, None)
             if variant is None:

@@ -143,14 +143,7 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
             for student in owner.students:
                 doubtful_paths[student].append(submitted_path.path)
             if owner.students:
-                advice = ""
-                if submitted_path.platform and submitted_path.ids:
-                    column = f"{submitted_path.platform.lower()} id"
-                    advice = f"; enter {submitted_path.ids[0]} in the column {column!r} of the owner in roster.csv"
-                    if submitted_path.platform == "Moodle":
-                        advice += " (the grading worksheet has the numbers)"
-                message = f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded{advice}"
-                folder.uncertain_owners.append(message)
+                folder.uncertain_owners.append(_describe_doubtful_owner(name, submitted_path, owner))
             else:
                 folder.not_on_roster.append(name)
     for student in dict.fromkeys((*certain_paths, *doubtful_paths)):
@@ -158,6 +151,17 @@ def find_submissions(assignment: "Assignment", root: Path) -> SubmissionFolder:
             folder.by_student[student] = files
     folder.by_student.update(_read_not_fetched(inner_root / NOT_FETCHED_FILE))
     return folder
+
+
+def _describe_doubtful_owner(name: str, submitted_path: SubmittedPath, owner: PossibleOwners) -> str:
+    """Return a message on a submission, called `name`, that may belong to several students."""
+    advice = ""
+    if submitted_path.platform and submitted_path.ids:
+        column = f"{submitted_path.platform.lower()} id"
+        advice = f"; enter {submitted_path.ids[0]} in the column {column!r} of the owner in roster.csv"
+        if submitted_path.platform == "Moodle":
+            advice += " (the grading worksheet has the numbers)"
+    return f"{name} may belong to {' or '.join(owner.students)}: {owner.reason}; not graded{advice}"
 
 
 def _make_roster(students: "Sequence[Student]", folder: Path) -> Roster:

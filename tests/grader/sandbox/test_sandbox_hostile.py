@@ -391,7 +391,8 @@ def test_closing_a_sandbox_ends_its_running_notebook(variant: str, event: str, m
 
 def test_the_probe_reports_each_level_of_enforcement() -> None:
     full_findings = probe_without(frozenset())
-    assert {guarantee.name: guarantee.enforcement for guarantee in full_findings.guarantees}["time"] == ENFORCED_BY_KERNEL
+    enforcement = {guarantee.name: guarantee.enforcement for guarantee in full_findings.guarantees}
+    assert enforcement["time"] == ENFORCED_BY_KERNEL
     assert full_findings.is_strict or full_findings.lacking
     unprotected = probe_without(frozenset({*measures_other_than_hook(), "limits", "watch"}))
     assert not unprotected.is_strict
