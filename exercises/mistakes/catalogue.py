@@ -153,8 +153,8 @@ def list_likely_mistakes(part: Part, is_precise: bool = False) -> list[Mistake]:
     if part.type != "number":
         # a mistake in the formula of an instructor's question may also be made if the answer is no number
         only_formula_mistakes = FORMULA_VARIANTS.keys() - VARIANTS.keys()
-        names_of_numbers = set(NUMERIC_MISTAKES) - only_formula_mistakes
-        return [mistake for mistake in mistakes if mistake.name not in names_of_numbers]
+        impossible_mistakes = set(NUMERIC_MISTAKES) - only_formula_mistakes
+        return [mistake for mistake in mistakes if mistake.name not in impossible_mistakes]
     impossible_mistakes = set() if all(unit in ANGULAR_UNITS for unit in part.answer.expected_units) else {IN_DEGREES}
     if not is_precise and part.shape == (1, 1):
         impossible_mistakes |= CATALOGUE.keys() - MISTAKES_FOR_ONE_NUMBER
@@ -182,10 +182,11 @@ def _list_mistakes_in_question(mistakes: Sequence[Mistake], formula: ast.expr) -
         excluded_mistakes |= {mistake.name for mistake in mistakes if _ABOUT_JACOBIAN.search(mistake.message)}
     if not (has_jacobian or has_velocity):
         excluded_mistakes |= {mistake.name for mistake in SECTIONS[JACOBIAN_SECTION]}
-    likely_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
+    possible_mistakes = [mistake for mistake in mistakes if mistake.name not in excluded_mistakes]
     likeliest_names = () if is_quantity(formula) else LIKELIEST_IN_OWN_QUESTIONS
     return sorted(
-        likely_mistakes, key=lambda mistake: (mistake.name not in FORMULA_VARIANTS, mistake.name not in likeliest_names)
+        possible_mistakes,
+        key=lambda mistake: (mistake.name not in FORMULA_VARIANTS, mistake.name not in likeliest_names),
     )
 
 

@@ -65,6 +65,7 @@ def advise_on_any_set(words: Mapping[str, object]) -> dict[str, object]:
 
 
 def _make_answer(components: Sequence[Component], **words: object) -> MistakenAnswer:
+    """Return the answer with these components, and the words that complete the message about the mistake."""
     return MistakenAnswer(ConditionSet(tuple(components)), words=words)
 
 
@@ -77,10 +78,13 @@ def _keep_one_value(component: Component, value_index: int, only_joint: sp.Symbo
 
     If `only_joint` is given, the other joints keep all values.
     """
-    solutions = component.solutions and tuple(
-        (q, values[: value_index + 1][-1:] if only_joint in (None, q) else values) for q, values in component.solutions
-    )
-    return replace(component, solutions=solutions)
+    if not component.solutions:
+        return component
+    solutions = []
+    for q, values in component.solutions:
+        kept_value = values[min(value_index, len(values) - 1)]
+        solutions.append((q, (kept_value,) if only_joint in (None, q) else values))
+    return replace(component, solutions=tuple(solutions))
 
 
 def _find_multivalued_components(components: Components) -> list[int]:
@@ -157,6 +161,7 @@ def _list_false_components(chain: Chain, components: Components) -> Iterator[tup
 
 
 def _write_values(component: Component) -> str:
+    """Return the values of all joints in a component, separated by commas."""
     return ", ".join(str(value) for _, values in component.solutions or () for value in values)
 
 
@@ -333,9 +338,10 @@ def _add_condition(chain: Chain, components: Components) -> Iterator[MistakenAns
         for joint, q in zip(chain.joints, chain.q, strict=True):
             if component.solutions and q not in singular_joints:
                 for value in (sp.S.Zero, sp.pi) if joint.is_revolute else (sp.S.Zero,):
+                    if (q, value) in sufficient_values:  # the whole component would be left out
+                        continue
                     new_component = Component((*component.conditions, q), (*component.solutions, (q, (value,))))
-                    if (q, value) not in sufficient_values:  # otherwise, the whole component would be left out
-                        yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
+                    yield _make_answer(_replace_component(components, k, new_component), joint=str(q))
 
 
 def _invert_tangent(chain: Chain, components: Components) -> Iterator[MistakenAnswer]:

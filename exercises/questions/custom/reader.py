@@ -31,9 +31,15 @@ from qdot.exercises.questions.custom.units import check_si_unit
 from qdot.exercises.reference_answers import LETTERS
 
 ONLY_NUMBERS = "only numbers have {}; with given values, a formula becomes a number"
+"""The error for a key that only numeric answers may have; {} is what the key sets."""
 RESERVED_NAMES = {*FUNCTIONS, "pi"}
 """Names that have another meaning in students' answers, so symbols can't have them."""
-MAX_TEXT_LENGTH, MAX_OPTIONS, HINT_COUNT = 5000, len(LETTERS), 3
+MAX_TEXT_LENGTH = 5000
+"""The most characters in one text of a question."""
+MAX_OPTIONS = len(LETTERS)
+"""The most options in a question: each has its own letter."""
+HINT_COUNT = 3
+"""The number of hints in a question with hints."""
 
 
 class OptionEntry(pydantic.BaseModel):
