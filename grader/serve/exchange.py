@@ -189,12 +189,12 @@ def back_up(path: Path) -> None:
 def restore(path: Path) -> None:
     """Replace the content of the database by that of a backup; everybody is signed out. Raises QdotError."""
     content = read_member(path, DATABASE_MEMBER)
-    copy = find_options().online_folder / DATABASE_MEMBER
-    write_atomically(copy, content, 0o600)
+    temporary_path = find_options().online_folder / DATABASE_MEMBER
+    write_atomically(temporary_path, content, 0o600)
     try:
         with transaction.atomic():
             call_command("flush", verbosity=0, interactive=False)
-            call_command("loaddata", str(copy), verbosity=0)
+            call_command("loaddata", str(temporary_path), verbosity=0)
             Session.objects.all().delete()
     finally:
-        copy.unlink()
+        temporary_path.unlink()

@@ -200,12 +200,12 @@ def show_marks(
             sentences = [html.escape(end_sentence(text), quote=False) for text in (part_on_page.advice, *texts) if text]
             table = render("reports/difference.html.j2", table=part_on_page.table) if part_on_page.table else ""
             answer = part_on_page.answer
-            example = part_result.certificate and part_result.certificate.counterexample
+            counterexample = part_result.certificate and part_result.certificate.counterexample
             followed_from = part_result.followed_from
             shown[f"{slot}.{part_result.name}"] = ShownPart(
                 sentences=tuple(sentences), entries=part_on_page.entry_states,
                 counterexample=f"{table}{part_on_page.counterexample_figure}" or None,
-                pose=_find_pose(problem, example) if example else None,
+                pose=_find_pose(problem, counterexample) if counterexample else None,
                 followed_from=f"{slot}.{followed_from}" if followed_from else None,
                 answer=None if answer is None else answer.html or html.escape(answer.text, quote=False),
                 costs_try=not is_missing and part_result.points is not None and not _is_refused(problem, part_result),
@@ -226,7 +226,7 @@ def end_sentence(text: str) -> str:
 
 
 def _find_pose(problem: Problem, example: Counterexample) -> dict[str, float] | None:
-    """Return the joint values of a counterexample."""
+    """Return the joint values of a counterexample; None if it has none."""
     configuration = (example.surplus or example.missing) if isinstance(example, SetDifference) else example.at
     joints = {q.name for q in problem.chain.q}
     return {name: value for name, value in (configuration or {}).items() if name in joints} or None

@@ -228,13 +228,13 @@ def load_problem_records(owner: object, assignment: Assignment, student_id: str,
 
     `owner` is unique to the person, or to the practice set.
     """
-    digest, pages = assignment.notebook_digest_of(student_id), caches["pages"]
+    digest, page_cache = assignment.notebook_digest_of(student_id), caches["pages"]
     key = f"{compute_package_digest()[:16]}-{digest}-{assignment.hints}-{language}-{owner}"
-    if (records := pages.get(key)) is None:
+    if (records := page_cache.get(key)) is None:
         release_if_needed(assignment, student_id)
         student = StudentOfClass(describe_class(assignment), student_id, language)
         records = get_judge_pool().run(make_problem_records, student)
-        pages.set(key, records, None)
+        page_cache.set(key, records, None)
     return records
 
 

@@ -164,10 +164,10 @@ def _postpone(
     if named_wait.isdecimal():
         wait = min(max(wait, datetime.timedelta(seconds=int(named_wait[:9]))), LONGEST_WAIT)
     if response is None:
-        words = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
+        description = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
     else:
-        words = f"{_UNREACHABLE if response.status_code >= 500 else 'refused'}: HTTP {response.status_code}"
-    last_error = escape_controls(words)[:300]
+        description = f"{_UNREACHABLE if response.status_code >= 500 else 'refused'}: HTTP {response.status_code}"
+    last_error = escape_controls(description)[:300]
     values = {"next_try": None if gives_up else now + wait, "tries": F("tries") + 1, "last_error": last_error}
     if response is not None and response.status_code == 409:
         values["timestamp"] = now + wait
