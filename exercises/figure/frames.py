@@ -45,6 +45,7 @@ def draw_axes(scene: Scene) -> Drawing:
     axes_by_position: dict[tuple[int, ...], tuple[tuple[np.ndarray, np.ndarray, str], Lettering]] = {}
     for (i, frame), (k, name) in product(enumerate(scene.frames), enumerate(AXIS_NAMES)):
         axis, origin = frame[:3, k], frame[:3, 3]
+        # in space, the only y axis that is drawn is that of a base frame that is the world frame
         is_shown = view.lies_flat(axis) if is_flat else name != "y" or (i == 0 and convention.base.is_world)
         if not is_shown or (i in scene.frames_without_x and (name == "x" or (name == "y" and scene.is_sparse))):
             continue
@@ -177,7 +178,9 @@ def draw_end_on_z_names(scene: Scene) -> Drawing:
     if not scene.is_flat or min(signs) > 0.9 or not scene.convention.frame_numbers:
         return Drawing()
     labels, first_frame = [], scene.convention.find_frame_on_axis(1)
-    for i in range(first_frame, first_frame + n) if min(map(abs, signs)) > 0.9 else range(first_frame, n + 1):
+    are_all_end_on = min(map(abs, signs)) > 0.9
+    last_frame = first_frame + n - 1 if are_all_end_on else n  # if all are end-on, only the joint axes are named
+    for i in range(first_frame, last_frame + 1):
         if abs(signs[i]) > 0.9:
             pixel = view.to_pixels(scene.frames[i, :3, 3])
             anchors = make_anchors(pixel, (-0.7, -0.7), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7))
@@ -198,6 +201,7 @@ def draw_world(scene: Scene) -> Drawing:
         return Drawing() if length == 0 else _draw_position_line(scene, *ends, length)
     origin, corner, base_origin = np.zeros(3), np.zeros(3), scene.frames[0, :3, 3]
     is_apart = float(np.linalg.norm(base_origin)) * view.scale > 1.0
+    # at the same origin, the world's axes are longer than those of frame 0, so that they can be distinguished
     axis_length = AXIS_LENGTH[scene.is_flat] + (0.0 if is_apart else 18.0)
     carries_body_names = has_body_frame(scene) and _is_point_at_world_origin(scene)
     drawing = Drawing()

@@ -51,7 +51,7 @@ class Classification:
     """The classification of a set of singular configurations.
 
     - `kind`: "boundary" or "internal"; "" if the kind can't be established (`can_establish_kind`) or if no
-      configuration was found. Then it is not reported.
+      configuration was found. Then no kind is reported.
     - `is_uniform`: whether all configurations are of that kind; if not, some are boundary and some are internal.
     - `meaning`: what the configurations look like, in words.
     """
@@ -165,8 +165,8 @@ def classify(chain: Chain, component: Component) -> Classification:
 def generalize_conditions(chain: Chain) -> tuple[Chain, Mapping[str, str]]:
     """Return the normalized arm with symbols for all lengths, and its conditions for singular configurations.
 
-    The mapping has a condition of the arm (text) as each key, and the same condition of the returned arm as the value.
-    It is empty if lengths of the arm are related, for example equal.
+    The conditions are a map from each condition (text) of the normalized arm of `chain` to the same condition of the
+    returned arm. The map is empty if lengths of the arm are related, for example equal.
     """
     symbolic_arm, lengths = replace_lengths_by_symbols(chain)
     normalized_symbolic_arm = normalize_arm(symbolic_arm)
@@ -193,7 +193,7 @@ def _classify_for_all_lengths(chain: Chain, conditions: tuple[str, ...]) -> Clas
     result = classify_conditions(chain, conditions)
     if len(conditions) > 1:
         return result if all(_classify_for_all_lengths(chain, (condition,)) for condition in conditions) else None
-    return None if " or " in result.meaning else result
+    return None if " or " in result.meaning else result  # "arm stretched out or folded back"
 
 
 def split_by_value(component: Component, classification: Classification) -> list[tuple[ValueCombination, Component]]:

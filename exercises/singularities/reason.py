@@ -70,6 +70,9 @@ def _descend(arms: NumericChain, measure: Measure, arm_count: int) -> np.ndarray
 
 @lru_cache(maxsize=64)
 def _sample_starts(kinds: tuple[str, ...]) -> np.ndarray:
-    """Return the random configurations (starts x n) at which searches for an arm with these joints start."""
+    """Return the random configurations (starts x n) at which searches for an arm with these joints start.
+
+    Prismatic joints are extended by 0.2 to 0.8 m, so that they do not start at a retracted, special position.
+    """
     rng, ranges = Stream("reason"), [(-np.pi, np.pi) if kind == REVOLUTE else (0.2, 0.8) for kind in kinds]
     return np.array([[rng.uniform(*limits) for limits in ranges] for _ in range(_START_COUNT)])
