@@ -137,11 +137,10 @@ def list_problems_of_families(
     steps = [find_canonical_name(variation)] if variation else list(VARIATION_STEPS)
     problems: list[BankProblem] = []
     for name in names:
-        main_problems = [
-            replace(problem, frame_convention=frame_convention)
-            for first_seed, step in enumerate(steps, 1)
-            for problem in _list_problems(name, step, range(first_seed, arm_count + 1, len(steps)), frame_convention)
-        ]
+        main_problems: list[BankProblem] = []
+        for first_seed, step in enumerate(steps, 1):
+            seeds = range(first_seed, arm_count + 1, len(steps))
+            main_problems += _list_problems(name, step, seeds, frame_convention)
         for problem in sorted(main_problems, key=lambda problem: problem.seed):
             problems.append(problem)
             if problem.seed % 2 and problem.seed <= MAX_QUIZ_SEED and not FAMILIES[name].has_varied_structure:
@@ -153,15 +152,14 @@ def _list_problems(family: str, step: str, seeds: range, frame_convention: Frame
     """Yield the problems of a step, one for each seed: first distinct arms, then arms that are in the bank already."""
     if not seeds:
         return
+    make_problem = partial(BankProblem, family, variation=step, frame_convention=frame_convention)
     distinct_seeds, repeated_seeds = _find_distinct_seeds(family, step, seeds)
-    yield BankProblem(family, f"{distinct_seeds[0]:03d}", distinct_seeds[0], variation=step)
+    yield make_problem(f"{distinct_seeds[0]:03d}", distinct_seeds[0])
     for index, seed in enumerate(distinct_seeds[1:]):
         names = deal_questions(_list_questions(family, frame_convention.name), index, len(distinct_seeds) - 1)
-        yield BankProblem(family, f"{seed:03d}", seed, names, step)
+        yield make_problem(f"{seed:03d}", seed, names)
     for index, seed in enumerate(repeated_seeds):
-        yield BankProblem(
-            family, f"{seed:03d}", seed, variation=step, question_share=ArmShare(index, len(repeated_seeds))
-        )
+        yield make_problem(f"{seed:03d}", seed, question_share=ArmShare(index, len(repeated_seeds)))
 
 
 def _find_distinct_seeds(family: str, step: str, seeds: range) -> tuple[list[int], list[int]]:
@@ -191,6 +189,7 @@ def deal_questions(names: Sequence[str], arm_index: int, arm_count: int) -> tupl
     >>> [deal_questions("abcd", index, 4) for index in range(4)]
     [('a', 'b'), ('c', 'd'), ('a', 'b'), ('c', 'd')]
     """
+    # The questions are dealt to the arms like cards, over and over, until `deal_count` of them are dealt.
     deal_count = max(min(ARMS_PER_QUESTION, arm_count) * len(names), arm_count)
     question_indices = range(arm_index * deal_count // arm_count, (arm_index + 1) * deal_count // arm_count)
     chosen_names = {names[index % len(names)] for index in question_indices}
@@ -207,8 +206,9 @@ def find_questions_with_sampled_numbers(
     family: str, frame_convention: FrameConvention = DEFAULT_FRAME_CONVENTION
 ) -> tuple[str, ...]:
     """Return the questions that have sampled numbers, such as joint rates, which differ between problems on one arm."""
-    step, questions = next(iter(VARIATION_STEPS)), _list_questions(family, frame_convention.name)
-    identities = [ProblemId(family, seed, questions, variation=step) for seed in COMPARED_SEEDS]
+    first_step, questions = next(iter(VARIATION_STEPS)), _list_questions(family, frame_convention.name)
+    # At the first step, all arms are the chapter's own, so only sampled numbers can differ.
+    identities = [ProblemId(family, seed, questions, variation=first_step) for seed in COMPARED_SEEDS]
     problems = [generate(identity.with_convention(*frame_convention)) for identity in identities]
     parts_of_questions = zip(*(problem.parts for problem in problems), strict=True)
     answers = {
