@@ -26,6 +26,7 @@ ENGINE = 1
 """The version of the problem generator. It increases whenever the same id would give a different problem."""
 
 MAX_SEED = (1 << 63) - 1
+"""The largest seed in the id of a problem: the largest signed integer of 64 bits."""
 
 
 @dataclass(frozen=True)

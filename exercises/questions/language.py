@@ -43,6 +43,7 @@ AXES = {"x": 0, "y": 1, "z": 2}
 """The components of a vector, and their indices."""
 
 _SHAPE_WORDS = {0: "a number", 1: "a vector", 2: "a matrix"}
+"""Maps a number of axes to the words for a value with so many axes."""
 
 
 class FormulaError(QdotError):

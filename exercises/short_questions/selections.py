@@ -15,6 +15,7 @@ from qdot.exercises.short_questions.options import OfferedOption, Options
 from qdot.exercises.short_questions.short_question import ShortQuestion
 
 OPTION_COUNT = 5
+"""The number of options of a question about equal forms."""
 MAX_CHARACTERS = wrong_formulas.MAX_CHARACTERS_PER_ENTRY
 """Maximum number of characters of a result with equal forms as options. An option may be twice as long."""
 MAX_TRIES = 8

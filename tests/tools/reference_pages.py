@@ -100,7 +100,7 @@ def _describe(name: str, home: str) -> LibraryName:
     item = getattr(qdot, name)
     if not (inspect.isclass(item) or inspect.isroutine(item)):  # a constant, with a docstring below it
         source = inspect.getsource(import_module(f"qdot.{home}"))
-        match = re.search(rf'^{name}\b[^"]*(?:"[^"\n]*"[^"]*)*?\n"""([^"]+)"""', source, re.MULTILINE)
+        match = re.search(rf'^{name}\b[^"]*?(?:"[^"\n]*"[^"]*?)*?\n"""([^"]+)"""', source, re.MULTILINE)
         assert match, name
         return LibraryName(name, name, match[1], "")
     text, prompt, example = (inspect.getdoc(item) or "").partition(">>>")

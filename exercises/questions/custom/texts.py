@@ -13,12 +13,20 @@ from qdot.exercises.formula.layout import Layout
 from qdot.exercises.formula.printers.speech import print_speech
 
 EXAMPLES_OF_LATEX = r"\vec{v}, \dot{q}, \mathbf{J}, \frac{a}{b}, \text{if}, \begin{bmatrix}"
+"""LaTeX that qdot supports, for messages about LaTeX that it does not."""
 QUOTES_ADVICE = r"write texts with backslashes in single quotes, as in 'Find $\theta_1$.'"
 _SPECIAL_SIGN = re.compile(r"\\.|\$\$?|\{\{|\}\}|\{(?P<content>[^{}$]*)\}|[{}]", re.DOTALL)
+"""Matches the signs that separate the pieces of a text: $, braces and placeholders, or a character after a backslash.
+"""
 _CHARACTER_BEFORE_LATEX_BRACE = re.compile(r"[A-Za-z_^}\]]$")
+"""Matches the end of a text after which a brace belongs to LaTeX, as in \\vec{v} or q_{12}, and starts no placeholder.
+"""
 _CONTROL_CHARACTER = re.compile(r"([\x00-\x08\x0b-\x1f\x7f])([a-zA-Z]*)")
+"""Matches a control character other than a tab and a line break, with the letters after it."""
 _ESCAPE_LETTERS = {"\b": "b", "\t": "t", "\n": "n", "\f": "f", "\r": "r"}
+"""Maps each control character that TOML reads from an escape, as in "\\frac", to the letter of the escape."""
 _SIGN_IN_TEXT = re.compile(r"(\\text(?:rm)?\{[^{}]*?([\^_&#%~]))")
+"""Matches \\text{ or \\textrm{ up to a sign that has another meaning there."""
 _MAX_SHOWN_LENGTH, MAX_DEPTH = 60, 50
 """Maximum length of a formula in a message, and maximum depth of nested pieces of a formula."""
 
