@@ -169,6 +169,7 @@ def _may_join_terms(total: sp.Expr, trigs: AbstractSet[sp.Expr]) -> bool:
 
 
 def _expand_shift(trig: sp.Expr) -> sp.Expr:
+    """Return the sine or cosine of an angle plus a constant, expanded into sines and cosines of the angle alone."""
     angle, constant = split_constant(trig.args[0])
     symbol = sp.Symbol("_angle")
     return sp.expand_trig(trig.func(symbol + constant)).xreplace({symbol: angle})
@@ -212,6 +213,7 @@ def _iterate_pairs_of_terms(total: sp.Expr) -> Iterator[tuple[tuple[sp.Expr, sp.
             # cos(a - b) = cos a cos b + sin a sin b, but sin(a - b) = sin a cos b - cos a sin b
             is_difference = (number == second_number) == is_cosine
             function = sp.cos if is_cosine else sp.sin
+            # the identity's first term is the one whose function of alpha is that of the result
             leading_number = number if functions[alpha] is function else second_number
             factor, trig = function(alpha - beta if is_difference else alpha + beta).as_coeff_Mul()
             if trig.free_symbols:

@@ -5,7 +5,7 @@ from sympy.printing.precedence import precedence
 from sympy.printing.str import StrPrinter
 
 _MAXIMA_NAMES = {"Abs": "abs", "sign": "signum", "ln": "log"}
-"""Functions that have another name in Maxima."""
+"""Maps the name of each SymPy function that Maxima names differently to its name in Maxima."""
 
 
 class _MaximaPrinter(StrPrinter):
