@@ -80,7 +80,7 @@ class PlatformClassList:
     @property
     def identity_column_count(self) -> int:
         """The number of columns that identify the student in Canvas: the first ones, up to "Section"."""
-        return next((index + 1 for index, name in enumerate(self.header) if "Section" in name), 3)
+        return self.header.index("Section") + 1
 
 
 def read_class_list(path: Path) -> PlatformClassList | None:

@@ -146,7 +146,8 @@ def release_notebooks_of_student(context: ReleaseContext, student: str) -> Relea
     new_replacements = student_problems.find_new_replacements(assignment)
     if new_replacements:
         return ReleaseResult(student, "replaced", new_replacements)
-    problems = [(slot, certified.problem) for slot, certified in student_problems.certified_problems.items()]
+    certified_problems = student_problems.certified_problems
+    problems = [(slot, certified_problem.problem) for slot, certified_problem in certified_problems.items()]
     try:
         notebooks = _make_notebooks(assignment, student, problems)
     except (QdotError, OSError, MemoryError):
@@ -154,7 +155,7 @@ def release_notebooks_of_student(context: ReleaseContext, student: str) -> Relea
     except Exception as error:
         failed_slot = _find_faulty_slot(assignment, student, problems, error)
         return ReleaseResult(student, "left out", failed_slots=(failed_slot,))
-    records = {slot: certified.record for slot, certified in student_problems.certified_problems.items()}
+    records = {slot: certified_problem.record for slot, certified_problem in certified_problems.items()}
     certificate = certifier.make_certificate(assignment, student, records, notebooks[0])
     outcome = _write_files(assignment, student, notebooks, certificate)
     store_problems(assignment, student, problems)
@@ -167,7 +168,7 @@ def _write_files(assignment: Assignment, student: str, notebooks: "Sequence[Note
     new_text, solution = map(write_notebook, notebooks)
     existing_text = read_if_present(released_path)
     # An outdated solution beside an up-to-date released notebook means that an earlier run rewrote the released
-    # notebook, but was stopped before it reported this.
+    # notebook, but was stopped before it reported the outcome.
     is_solution_outdated = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
     if existing_text not in (None, "", new_text) or is_solution_outdated:
         outcome = "rewritten"

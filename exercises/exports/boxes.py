@@ -113,7 +113,7 @@ def arrange_options(problem: Problem, part: Part, width_share: float = 1.0) -> P
     if not answer.offered_options:
         return None
     if answer.offered_options == TRUE_FALSE:
-        return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), columns=4)
+        return PaperOptions(tuple(PaperOption("", word) for word in TRUE_FALSE), columns=4)  # narrow: single words
     texts = [write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(part.details, Options):
         texts = [_SINGLE_ENTRY_MATRIX.sub(r"$\1$", text) for text in texts]

@@ -49,8 +49,8 @@ _TABLE = re.compile(r"^((?:\|.*\n)+)", re.MULTILINE)
 class SheetPart:
     """A part: its texts in Markdown and its figures. `solution` and `answer` are empty unless the sheet shows them.
 
-    The `figure` is beside the prompt, or above the prompt if `has_wide_figure`. If `has_score_space`, the sheet has
-    space to write down the earned points.
+    `points` is `max_points` in words. The `figure` is beside the prompt, or above the prompt if `has_wide_figure`. If
+    `has_score_space`, the sheet has space to write down the earned points.
     """
 
     label: str
@@ -96,7 +96,7 @@ class SheetProblem:
 
     @property
     def points(self) -> str:
-        """The points of all parts together, a number."""
+        """The points of all parts together, in digits."""
         return f"{sum(part.max_points for part in self.parts):g}"
 
 
@@ -119,7 +119,7 @@ class Sheet:
 
     @property
     def points(self) -> str:
-        """The points of all problems together, a number."""
+        """The points of all problems together, in digits."""
         return f"{sum(part.max_points for part in self.parts):g}"
 
     @property

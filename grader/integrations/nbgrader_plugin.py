@@ -42,12 +42,13 @@ def configure(c: Any) -> None:
     Raises QdotError if this version of nbgrader lacks a step that qdot replaces.
     """
     traits = Autograde.class_traits()
-    sanitize, steps = (list(traits[f"{name}_preprocessors"].default()) for name in ("sanitize", "autograde"))
-    if steps.count(Execute) != 1 or steps.count(AssignLatePenalties) != 1:
+    sanitizing_steps = traits["sanitize_preprocessors"].default()
+    grading_steps = list(traits["autograde_preprocessors"].default())
+    if grading_steps.count(Execute) != 1 or grading_steps.count(AssignLatePenalties) != 1:
         raise QdotError("qdot can't grade in this version of nbgrader, whose steps differ from those of nbgrader 0.9")
     replacements = {Execute: Mark, AssignLatePenalties: ApplyLateRule}
-    c.Autograde.sanitize_preprocessors = [RestoreCells, *sanitize]
-    c.Autograde.autograde_preprocessors = [replacements.get(step, step) for step in steps]
+    c.Autograde.sanitize_preprocessors = [RestoreCells, *sanitizing_steps]
+    c.Autograde.autograde_preprocessors = [replacements.get(step, step) for step in grading_steps]
 
 
 class RestoreCells(NbGraderPreprocessor):
@@ -114,7 +115,10 @@ class ApplyLateRule(AssignLatePenalties):
 
 
 def _load_qdot_assignment(step: Any, key: str) -> Assignment | None:
-    """Return the qdot assignment with a key; None if qdot does not mark it. Raises QdotError if its folder is wrong."""
+    """Return the qdot assignment with a key; None if it has no folder.
+
+    Raises QdotError if the folder contains another assignment.
+    """
     folder = Path(step.parent.parent.coursedir.root, QDOT_FOLDER, key)
     if not folder.is_dir():
         return None
