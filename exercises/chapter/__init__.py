@@ -91,7 +91,7 @@ def _write_worked_solution(chain: Chain, question: str, language: str) -> str:
 class Erratum:
     """An error in the printed chapter, with its correction.
 
-    - `place` is the place in the chapter, and `kind` is "wrong", "incomplete" or "lost in the layout".
+    - `place` is the place in the chapter, and `kind` is "wrong", "incomplete" or "lost in typesetting".
     - `printed` and `correction` are the printed and the correct text, and `reason` says why the error matters.
     - `values` are pairs (description, number) that show the error at the `configuration`.
     """

@@ -395,7 +395,7 @@ _OPTION_PATTERN = re.compile(
 )
 _TYPING_PHRASES = (
     (re.compile(r"; the joint rates are typed [^.]*\."), "."),
-    (re.compile(r" The components are typed [^;]*; "), " "),
+    (re.compile(r" The components of the load are typed [^;]*; "), " "),
     (re.compile(r", in terms of the joint variables and `[^.]*`"), ""),
     (re.compile(r" The answer may contain [^.]*\."), ""),
     (re.compile(r" with the last row `\[0, 0, 0, 1\]`"), " with the last row 0, 0, 0, 1"),

@@ -112,7 +112,8 @@ class _Parser:
         self.depth = 0
         if (sign_count := sum(symbol == "±" for _, symbol, _ in self.tokens)) > MAX_PLUS_MINUS_SIGNS:
             raise ParseError(
-                f"the answer has {sign_count} ± signs, and each doubles the number of cases; write out the cases"
+                f"the answer has {sign_count} ± signs, and each doubles the number of alternatives; "
+                "write out the alternatives"
             )
         self.bare_argument_end = -1
         """The index of the token after the last function argument without brackets; -1 if there is none."""

@@ -146,7 +146,8 @@ def _intersect(unions: Sequence[Sequence[Piece]]) -> list[Piece]:
     """Return the pieces of an intersection of unions: every combination of one piece from each union."""
     case_count = math.prod(len(pieces) for pieces in unions)
     if case_count > _MAX_PIECES:
-        raise ParseError(f"the conditions expand into {case_count} cases; at most {_MAX_PIECES} are allowed")
+        alternatives = f"{case_count} alternatives; at most {_MAX_PIECES} are allowed"
+        raise ParseError(f"written out, the conditions are {alternatives}")
     return [sum(combination, ()) for combination in product(*unions)]
 
 
@@ -382,7 +383,7 @@ def parse_typed_set(node: Node, joints: Sequence[str]) -> list[Piece]:
         is_searched = any(atom.joint is None or is_tied(atom, piece, joints) for atom in piece)
         total_steps += steps if is_searched else steps // 10  # a joint with a value needs no search
         if total_steps > _MAX_STEPS:
-            raise ParseError(f"the conditions, with their {len(pieces)} cases, are too long")
+            raise ParseError(f"the conditions, with their {len(pieces)} alternatives, are too long")
     return pieces
 
 

@@ -159,7 +159,7 @@ def _use_other_row(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
         if chain.n > MAX_ROWS_FOR_ANY_PAIR and abs(i - j) > 1:
             continue
         if chain.offsets[i] != chain.offsets[j] and row.kind == other_row.kind:
-            words = {"entry": "the constant of the joint variable", "other": j + 1}
+            words = {"entry": "the constant that is added to the joint variable", "other": j + 1}
             yield _add_to_row(i, chain.joints[i].variable_key, chain.offsets[j] - chain.offsets[i], **words)
         for entry in ("a", "d", "alpha"):
             value = getattr(other_row, entry)

@@ -12,7 +12,7 @@ _REMARKS_ON_TYPING = (
     (r'`"true"` or `"false"`, typed in quotes', "tick one"),
     (rf" \(typed {_CODE_EXAMPLES}\)", ""),
     (rf"(?:[;,]| and) (?:the joint rates|the components) are typed {_CODE_EXAMPLES}", ""),
-    (rf"\. The components are typed {_CODE_EXAMPLES}; ", "; "),
+    (rf"\. The components of the load are typed {_CODE_EXAMPLES}; ", "; "),
     (r",? typed in quotes(?:, for example `[^`]+`)?", ""),
     (r" letters in quotes in the order of the joints, for example `[^`]+`", " letters in the order of the joints"),
     (r"These examples, for another arm, show the accepted forms: .*?(?=Conditions in a list)", ""),

@@ -127,7 +127,7 @@ def _make_group(default_command: str) -> "type[typer.core.TyperGroup]":
             uses_default = bool(args) and args[0] not in self.commands and args[0] != "--help"
             similar_name = find_most_similar(args[0], list(self.commands)) if uses_default else ""
             if similar_name and not Path(args[0]).exists():
-                ctx.fail(f"{args[0]!r} is no folder and no command; did you mean {similar_name!r}?")
+                ctx.fail(f"{args[0]!r} is neither a folder nor a command; did you mean {similar_name!r}?")
             return super().parse_args(ctx, [default_command, *args] if uses_default else args)
 
     return GroupWithDefault

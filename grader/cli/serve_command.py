@@ -230,7 +230,7 @@ def export(
     from qdot.grader.serve.exchange import export_class
 
     export_class(_find_class(course), load_assignment(folder).key, out)
-    print_result(f"{out} has the class; grade it with: qdot grade {out}")
+    print_result(f"{out} contains the class; grade it with: qdot grade {out}")
 
 
 def import_folder(
@@ -274,7 +274,7 @@ def backup(folders: FoldersArgument, out: BackupOption = Path("backup.zip"), dat
     from qdot.grader.serve.exchange import back_up
 
     back_up(out)
-    print_result(f"{out} has the database and the assignments; it is secret")
+    print_result(f"{out} contains the database and the assignments; keep it secret")
 
 
 def restore(file: FileArgument, folders: FoldersArgument, database: DatabaseOption = "") -> None:
@@ -308,10 +308,16 @@ def register(
     client_id: Annotated[
         str, typer.Option(metavar="ID", help="The client ID that the platform shows once you have registered qdot.")
     ] = "",
-    issuer: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
-    auth_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
-    token_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
-    keys_url: Annotated[str, typer.Option(metavar="URL", help="Only if it differs from the usual one.")] = "",
+    issuer: Annotated[str, typer.Option(metavar="URL", help="The platform's issuer, if it is not the usual one.")] = "",
+    auth_url: Annotated[
+        str, typer.Option(metavar="URL", help="The address for logins, if it is not the usual one.")
+    ] = "",
+    token_url: Annotated[
+        str, typer.Option(metavar="URL", help="The address for access tokens, if it is not the usual one.")
+    ] = "",
+    keys_url: Annotated[
+        str, typer.Option(metavar="URL", help="The address of the platform's keys, if it is not the usual one.")
+    ] = "",
     database: DatabaseOption = "",
     url: UrlOption = "",
 ) -> None:
@@ -340,7 +346,7 @@ def register(
     if client_id:
         copied_values = registering.CopiedValues(site, client_id, issuer, auth_url, token_url, keys_url)
         registering.finish_registration(platform, copied_values)
-        print_result(f"{site} is registered; open qdot in a course as its teacher")
+        print_result(f"{site} is registered; open qdot in a course as a teacher")
     else:
         command = _write_command("register", folders, database, url)
         registration = registering.begin_registration(platform, site)

@@ -262,7 +262,7 @@ def _apply_follow_through(
     source = f"from your wrong answer to {follow_through.earlier_part!r}"
     next_step = "Correct that answer first, then redo this part."
     if followed_points <= (verdict.points or 0.0):
-        reason = f"this follows {source}. {next_step} {_capitalize(judgement.reason)}"
+        reason = f"your answer follows {source}. {next_step} {_capitalize(judgement.reason)}"
         if not follows_completely:
             return verdict
         follows = _find_entry_flags(part, follow_through)
@@ -270,7 +270,7 @@ def _apply_follow_through(
     subject = "it" if follows_completely else "what follows"
     earned_words = f"{subject} earns {100 * float(credit_share):.4g} % of the points"
     reason = (
-        f"this follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
+        f"your answer follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
         f"Compared with the solution: {difference}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)

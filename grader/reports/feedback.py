@@ -341,4 +341,4 @@ def _describe_comparison(part: Part, certificate: Certificate | None) -> str:
         if part.answer.is_set:
             comparison = f"tested each of your conditions at {points} random configurations that satisfy it"
             error = f"A condition that is wrong for at least {share} of its configurations"
-    return f"qdot {comparison}. {error} would pass this check with a probability below 1 in 10{power}."
+    return f"qdot {comparison}. {error} would pass this check with a probability of less than 1 in 10{power}."

@@ -243,7 +243,7 @@ def post_extension(request: HttpRequest, person: Person, key: str) -> HttpRespon
             raise Refused(409, "This extension is in roster.csv; change it there.")
         if due_date is not None:
             Extension.objects.create(person=student, assignment=key, due=due_date)
-        summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due as everybody"
+        summary = f"due {due_date:%Y-%m-%d %H:%M}" if due_date else "due date of the class"
         record_action(person, f"{_name_person(student)}: {summary}")
         update_scores(student, key)
     return JsonResponse({})

@@ -143,7 +143,7 @@ def describe_work(work: Work, language: str) -> dict[str, Any]:
     rule = assignment.late_rule
     late_sentence = ""
     if rule is not None and rule.per_day:
-        late_sentence = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each started day"
+        late_sentence = f"Late work loses {100 * float(rule.per_day):.4g} % of its points for each day or part of a day"
         late_sentence += f", after a grace period of {describe_duration(rule.grace)}." if rule.grace else "."
     drafts = Draft.objects.filter(person=person, assignment=assignment.key)
     return {

@@ -159,7 +159,7 @@ test("each student has other arms; after the last try the solution can be shown,
   assert.ok(keys.size > 1, [...keys].join());
   const { page, frame, context } = await launched("1.2", { core: { student_id: "ada" } });
   for (const text of ["1", "2", "3"]) await answered(frame, text);
-  await frame.getByText("0 of 3 tries are left").waitFor();
+  await frame.getByText("0 of 3 tries left").waitFor();
   await frame.getByRole("button", { name: "Show the solution" }).click();
   await frame.locator(".solution").waitFor();
   await frame.getByLabel("Your answer").fill((await solutionsOf(page, "1.2")).typed);

@@ -32,7 +32,7 @@ test("hints are shown one by one, then the solution; progress is stored over a r
   await page.locator(".solution math").first().waitFor();
   await page.reload();
   await page.getByText("Your progress", { exact: true }).click();
-  await page.getByText("0 right of 1 tried").waitFor();
+  await page.getByText("0 of 1 right").waitFor();
 });
 
 test("a file of the progress restores problems and lessons", async () => {
@@ -52,10 +52,10 @@ test("a file of the progress restores problems and lessons", async () => {
   const buffer = Buffer.concat(await (await (await saved).createReadStream()).toArray());
   page.on("dialog", (dialog) => dialog.accept());
   await page.getByRole("button", { name: "Delete all progress" }).click();
-  await page.getByText("0 right of 0 tried").waitFor();
+  await page.getByText("0 of 0 right").waitFor();
   assert.deepEqual(await stored(), [{}, {}]);
   await page.getByLabel("Load a file").setInputFiles({ name: "kept.json", mimeType: "application/json", buffer });
-  await page.getByText("1 right of 1 tried").waitFor();
+  await page.getByText("1 of 1 right").waitFor();
   assert.deepEqual(await stored(), before);
   await context.close();
 });
@@ -69,7 +69,7 @@ test("an answer that can't be parsed has no pose at which it differs, also after
     await page.getByLabel("Your answer").fill(text);
     await page.getByRole("button", { name: "Check", exact: true }).click();
     await page.locator(".verdict", { hasText: poses ? "Not right" : "couldn't parse this" }).waitFor();
-    assert.equal(await page.locator(".verdict").getByText("shows the pose in which").count(), poses, text);
+    assert.equal(await page.locator(".verdict").getByText("shows a pose in which").count(), poses, text);
   }
 });
 

@@ -70,7 +70,7 @@ interface VerdictBoxProps {
   readonly mistakes?: readonly JSX.Element[];
   /** The states of the answer's entries, in rows. */
   readonly entries?: readonly (readonly EntryState[])[];
-  /** Whether the arm shows the pose in which the answer differs. */
+  /** Whether the arm shows a pose in which the answer is wrong. */
   readonly hasPose?: boolean;
   readonly children?: ComponentChildren;
 }

@@ -228,7 +228,7 @@ def test_number_of_cases_is_limited(piece: str, taken: int, refused: int | None)
 
     assert len(parse_typed_set(parse_formula(claim(taken)), JOINTS)) == taken
     if refused:
-        with pytest.raises(ParseError, match=f"with their {refused} cases, are too long"):
+        with pytest.raises(ParseError, match=f"with their {refused} alternatives, are too long"):
             parse_typed_set(parse_formula(claim(refused)), JOINTS)
 
 

@@ -60,7 +60,7 @@ def test_set_is_split_into_pieces(text: str, expected: list[list[str]]) -> None:
 
 @pytest.mark.parametrize(
     ("text", "message"),
-    [*SETS["refused"], (" and ".join(["(theta1 = 0 or theta1 = pi)"] * 9), "512 cases; at most 500")],
+    [*SETS["refused"], (" and ".join(["(theta1 = 0 or theta1 = pi)"] * 9), "512 alternatives; at most 500")],
 )
 def test_invalid_condition_is_refused(text: str, message: str) -> None:
     with pytest.raises(ParseError, match=message):

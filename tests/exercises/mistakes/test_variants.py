@@ -169,7 +169,7 @@ def checked(arm: Chain) -> list[str]:
     stages = compute_numeric_stages(arm, {symbol.name: np.array([value]) for symbol, value in known.items()})
     for name in (*ENTRIES, "lengths-exchanged", "row-misread", "a-and-d-exchanged"):
         for slip in CATALOGUE[name].generate_variants(arm, (3, 1)):
-            if slip.words.get("entry") == "the constant of the joint variable":
+            if slip.words.get("entry") == "the constant that is added to the joint variable":
                 continue
             point = convention_of(arm).point
             rows = read_wrongly(name, slip, convention_of(arm).rows)
