@@ -38,7 +38,7 @@ test("a wrong answer gets its cause, a right one its points; both are there afte
   await field(page).fill(RIGHT.determinant);
   await field(page).press("Enter");
   await page.locator(".verdict.correct").waitFor();
-  assert.match(await page.locator(".score").innerText(), /^1 of 7 points$/);
+  assert.match(await page.locator(".score").innerText(), /^Points: 1 of 7$/);
   await page.reload();
   await page.locator(".verdict.correct").waitFor();
   assert.equal(await field(page).inputValue(), RIGHT.determinant);
@@ -109,8 +109,8 @@ test("a notebook is taken away, submitted, and graded; a file of another kind is
   await page.locator(".notebook-work [role=alert]").waitFor();
   await choose("week-3.ipynb", JSON.stringify(notebook));
   await page.locator(".submissions").getByText("week-3.ipynb").waitFor();
-  await page.locator(".submissions").getByText("1 of 7 points").waitFor({ timeout: 120_000 });
-  await page.locator(".score").getByText("1 of 7 points", { exact: true }).waitFor(); // loaded after the list
+  await page.locator(".submissions").getByText("Points: 1 of 7").waitFor({ timeout: 120_000 });
+  await page.locator(".score").getByText("Points: 1 of 7", { exact: true }).waitFor(); // loaded after the list
   await page.getByRole("link", { name: "Feedback on all of your work" }).click();
   await page.getByRole("heading", { name: "Week 3: arms" }).waitFor();
 });
@@ -171,7 +171,7 @@ test("the staff see the class, set points with a comment, mark a text by a key, 
   await table.getByText("<b>Both</b> links are in line.").waitFor();
   await assertAccessible(table);
   await table.keyboard.press("2");
-  await table.getByText("2 of 3 points").waitFor();
+  await table.getByText("Points: 2 of 3").waitFor();
 
   await table.getByRole("button", { name: "Students", exact: true }).click();
   await table.getByRole("button", { name: "Ada Lovelace" }).click();
@@ -179,7 +179,7 @@ test("the staff see the class, set points with a comment, mark a text by a key, 
   await determinant.getByLabel("Points (of 1)").fill("0,5");
   await determinant.getByLabel("Comment").fill("Show your work <i>next time</i>.");
   await determinant.getByRole("button", { name: "Save" }).click();
-  await determinant.getByText("0.5 of 1 points").waitFor();
+  await determinant.getByText("Points: 0.5 of 1").waitFor();
   await assertAccessible(table);
   await table.getByLabel("Due date of this student").fill("2020-01-01T12:00");
   await table.getByRole("button", { name: "Save" }).first().click();
