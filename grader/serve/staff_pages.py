@@ -210,7 +210,7 @@ def post_override(request: HttpRequest, person: Person, key: str) -> HttpRespons
                 classroom=person.classroom, assignment=key, person=student, group=group, part=part, answer=answer,
                 points=rounded_points, comment=comment, made_by=person,
             )  # fmt: skip
-            changes = [] if rounded_points is None else [f"{format_points(rounded_points)} points"]
+            changes = [] if rounded_points is None else [f"points: {format_points(rounded_points)}"]
             change = ", ".join([*changes, *([f"comment “{comment}”"] if comment else [])])
         else:
             change = "points and comment removed"

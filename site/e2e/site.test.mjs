@@ -296,7 +296,7 @@ test("without a connection, the page says so in words, and tries again", async (
   await context.route("**/bank/planar-2r/**", (route) => route.abort());
   await at("practice.html?arm=planar-2r&question=position");
   const alert = page.getByRole("alert");
-  await alert.getByText("without a connection").waitFor();
+  await alert.getByText("You seem to be offline").waitFor();
   assert.doesNotMatch(await alert.innerText(), /TypeError|fetch/);
   await context.unroute("**/bank/planar-2r/**");
   await alert.getByRole("button").click();

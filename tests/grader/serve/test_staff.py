@@ -48,7 +48,7 @@ def test_equal_wrong_answers_form_a_group_that_gets_points_together(service: Ser
         staff.send("POST", "/a/hw/class/overrides", {"group": group["group"], "points": None, "comment": ""})
     assert not PointsOverride.objects.exists()
     summaries = [action["summary"] for action in staff.get("/a/hw/class/results").json()["actions"]]
-    decisions = ["points and comment removed", "0.75 points, comment “a metre too much”"]
+    decisions = ["points and comment removed", "points: 0.75, comment “a metre too much”"]
     assert [summary.partition(": ")[2] for summary in summaries] == decisions
 
 
