@@ -57,7 +57,7 @@ describe("in Firefox", { skip: MISSING }, () => {
   test("feedback on a wrong answer shows a pose where it differs, and the arm moves there", async () => {
     await ask("determinant");
     const before = await pose();
-    assert.match(await answered("a1*cos(theta2)"), /^Not right[\s\S]*differs at/);
+    assert.match(await answered("a1*cos(theta2)"), /^Wrong[\s\S]*is wrong at/);
     await page.until((before) => {
       const fields = [...document.querySelectorAll('.arm-joints input[type="number"]')];
       return fields.some((each, index) => Number(each.value) !== before[index]); // after the verdict is painted

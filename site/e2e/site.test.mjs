@@ -68,7 +68,7 @@ test("an answer that can't be parsed has no pose at which it differs, also after
   ]) {
     await page.getByLabel("Your answer").fill(text);
     await page.getByRole("button", { name: "Check", exact: true }).click();
-    await page.locator(".verdict", { hasText: poses ? "Not right" : "couldn't parse this" }).waitFor();
+    await page.locator(".verdict", { hasText: poses ? "Wrong" : "couldn't parse this" }).waitFor();
     assert.equal(await page.locator(".verdict").getByText("shows a pose in which").count(), poses, text);
   }
 });
