@@ -309,7 +309,7 @@ def read_exam_pages(export_request: ExportRequest, folder: Path) -> list[str]:
     assert shown.count("\f") <= 8
     pages = shown.split("\f")
     for page in pages:
-        assert page.count("The figure shows") == page.count("Joint 𝑖") == page.count("Task:")
+        assert page.count("The figure (not to scale)") == page.count("Joint 𝑖") == page.count("Task:")
     return pages
 
 
