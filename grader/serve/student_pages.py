@@ -172,10 +172,10 @@ def describe_total(work: Work, result: Result, received: list[datetime.datetime]
 
 def describe_parts(work: Work, result: Result, submissions: list[Submission]) -> dict[str, Any]:
     """Return what the page shows of each part: its marks, and their explanation."""
-    received = result.submission.received if result.submission else None
-    marked = (submission for submission in submissions if submission.state == Submission.State.MARKED)
-    counting = next((submission for submission in marked if submission.received.isoformat() == received), None)
-    shown = {} if counting is None else Submission.objects.values_list("shown", flat=True).get(pk=counting.pk) or {}
+    counting_time = result.submission.received if result.submission else None
+    marked_submissions = (submission for submission in submissions if submission.state == Submission.State.MARKED)
+    counting_ids = [s.pk for s in marked_submissions if s.received.isoformat() == counting_time]
+    shown = Submission.objects.filter(pk__in=counting_ids[:1]).values_list("shown", flat=True).first() or {}
     tries = work.assignment.attempt_policy.tries
     tries_left = dict[str, int]()
     if tries is not None:

@@ -41,7 +41,7 @@ _UNREACHABLE = "can't be reached"
 
 @dataclass(frozen=True)
 class Score:
-    """The points that a column of the gradebook shows for a student; None for an empty cell."""
+    """The points that a column of the gradebook shows for a student; `points` is None for an empty cell."""
 
     points: float | None
     max_points: float
@@ -106,20 +106,20 @@ def send_scores(connections: Connections, now: datetime.datetime) -> None:
         platform = delivery.line_item.context.deployment.registration
         if platform.pk in unreachable_platforms:
             continue
-        unchanged = ScoreDelivery.objects.filter(pk=delivery.pk, timestamp=delivery.timestamp)
-        if not unchanged.filter(next_try=delivery.next_try).update(next_try=timezone.now() + CLAIM_DURATION):
+        unchanged_delivery = ScoreDelivery.objects.filter(pk=delivery.pk, timestamp=delivery.timestamp)
+        if not unchanged_delivery.filter(next_try=delivery.next_try).update(next_try=timezone.now() + CLAIM_DURATION):
             continue  # another process sends it, or the score has changed
         platform_deliveries = ScoreDelivery.objects.filter(line_item__context__deployment__registration=platform)
         try:
             _send(delivery, connections, platform, now)
         except PLATFORM_ERRORS as error:
-            affected, gives_up = unchanged, delivery.tries + 1 >= MAX_REFUSALS
+            deliveries, gives_up = unchanged_delivery, delivery.tries + 1 >= MAX_REFUSALS
             if _is_unreachable(error, platform):
                 unreachable_platforms.add(platform.pk)
-                affected, gives_up = unchanged | platform_deliveries.filter(next_try__lte=now), False
-            _postpone(affected, delivery.tries, error, now, gives_up=gives_up)
+                deliveries, gives_up = unchanged_delivery | platform_deliveries.filter(next_try__lte=now), False
+            _postpone(deliveries, delivery.tries, error, now, gives_up=gives_up)
         else:
-            unchanged.update(next_try=None, sent=timezone.now(), tries=0, last_error="")
+            unchanged_delivery.update(next_try=None, sent=timezone.now(), tries=0, last_error="")
             platform_deliveries.filter(last_error__startswith=_UNREACHABLE).update(next_try=now, last_error="")
 
 
@@ -160,9 +160,9 @@ def _postpone(
     """
     response = error.response if isinstance(error, LtiServiceException) else None
     wait = min(FIRST_WAIT * 2 ** min(tries, 20), LONGEST_WAIT) * random.uniform(1, 1.25)  # noqa: S311 (no secret)
-    named_wait = response.headers.get("Retry-After", "") if response is not None else ""
-    if named_wait.isdecimal():
-        wait = min(max(wait, datetime.timedelta(seconds=int(named_wait[:9]))), LONGEST_WAIT)
+    seconds_text = response.headers.get("Retry-After", "") if response is not None else ""
+    if seconds_text.isdecimal():
+        wait = min(max(wait, datetime.timedelta(seconds=int(seconds_text[:9]))), LONGEST_WAIT)
     if response is None:
         description = f"{_UNREACHABLE}: {type(error).__name__}: {error}"
     else:
