@@ -65,8 +65,8 @@ def store_problems(assignment: Assignment, student: str, problems: list[tuple[st
     pieces = {slot: _make_pieces(slot, problem) for slot, problem in problems}
     answers = [part.answer for _, problem in problems for part in problem.parts]
     entry_texts = [(entry, format_expression(entry)) for answer in answers for entry in answer.list_entries()]
-    minors = [_pickle_minors(problem) for _, problem in problems]
-    payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, minors)), level=1)
+    pickled_minors = [_pickle_minors(problem) for _, problem in problems]
+    payload = zlib.compress(_pickle_content((problems, pieces, entry_texts, pickled_minors)), level=1)
     text = f"{_compute_signature(assignment, student, payload)}\n{base64.b64encode(payload).decode()}\n"
     try:
         write_atomically(make_store_path(assignment.folder, student), text, mode=0o600, is_synced=False)
@@ -112,11 +112,11 @@ def load_stored_problems(assignment: Assignment, student: str) -> StoredProblems
         signature, encoded_payload = text.split("\n")[:2]
         payload = base64.b64decode(encoded_payload, validate=True)
         if hmac.compare_digest(signature, _compute_signature(assignment, student, payload)):
-            problems, pieces, entry_texts, minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
+            problems, pieces, entry_texts, all_minors = pickle.loads(zlib.decompress(payload))  # noqa: S301 - signed
             store_texts(entry_texts)
-            for (_, problem), pickled_minors in zip(problems, minors, strict=True):
-                if pickled_minors:
-                    register_minors(problem.chain, partial(pickle.loads, pickled_minors))
+            for (_, problem), minors in zip(problems, all_minors, strict=True):
+                if minors:
+                    register_minors(problem.chain, partial(pickle.loads, minors))
             return StoredProblems(problems, pieces)
     except (OSError, ValueError):
         pass  # the file is missing or damaged

@@ -134,7 +134,7 @@ def _open_temporary(path: Path) -> tuple[int, str]:
 
 def _make_prefix(path: Path) -> str:
     """Return the beginning of the names of the temporary files for a path."""
-    return f".{path.name[:40]}."
+    return f".{path.name[:40]}."  # not longer than file systems allow
 
 
 def lock(handle: int, *, wait: bool = True) -> None:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # importing nbformat takes as long as generating a problem, s
 
 CHECK_PAGE = "check.html"
 _PAGE_NAME = re.compile(r"(?<=/)[^/]+\.html$")
+"""Matches the name of a page at the end of an address."""
 KERNEL = {"display_name": "Python 3", "language": "python", "name": "python3"}
 
 
@@ -78,7 +79,7 @@ FOLDED_CODE_METADATA: dict[str, object] = {"jupyter": {"source_hidden": True}, "
 SELF_CHECK_TITLE = """## Check your answers
 
 Run the next cell. It compares your answers with each other, such as your determinant with your Jacobian."""
-"""The cell before the cell with the checks."""
+"""The text of the cell before the cell with the checks."""
 
 
 def make_check_page_address(site: str) -> str:
