@@ -56,7 +56,7 @@ FORMATS = {
                      lambda assignment, results: make_grades_csv(results, assignment.roster)),
         ReportFormat("json", "All results, as one list", "programs",
                      lambda _, results: json.dumps(to_jsonable(results), ensure_ascii=False, indent=1) + "\n"),
-        ReportFormat("junit", "A test for every part of every student, in XML", "GitLab, Jenkins, Artemis",
+        ReportFormat("junit", "A test for each student and part, in XML", "GitLab, Jenkins, Artemis",
                      junit.write_junit_xml),
         ReportFormat("github", "A job summary; annotations are printed to standard output", "GitHub Actions",
                      github.make_summary, make_printed_text=github.make_annotations),

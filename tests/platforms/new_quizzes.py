@@ -41,7 +41,7 @@ def run(software: Path, work: Path) -> Record:
             )
             if ident in imported and not imported[ident].get("error"):
                 _check_question(item, ident, imported[ident], counts)
-    name = f"Instructure's gem qti of {describe_checkout(software)}, for New Quizzes"
+    name = f"Instructure's `qti` gem of {describe_checkout(software)}, for New Quizzes"
     return Record("canvas", name, today(), counts.freeze())
 
 

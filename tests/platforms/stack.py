@@ -65,7 +65,7 @@ def run(software: Path, work: Path) -> Record:
             processor_times += seconds_of_tests
         _check_slots(counts, root, restored)
         _check_typed_answers(counts, [line for line in lines if line.get("typed")])
-    started = "from an image" if "optimised" in info["platform"] else "for each call"
+    started = "from STACK's optimised image" if "optimised" in info["platform"] else "for each call"
     counts.but[in_time] = (
         f"Maxima, started {started}, used at most {max(processor_times):.1f} s of processor time per check."
     )

@@ -119,9 +119,9 @@ SAMPLE_FAMILY = "planar-2r"
 """The family whose arm docs/variation.md shows at each step."""
 
 AXES_IN_WORDS = {
-    "lengths": "numbers for some lengths of the table, in steps of 5 cm",
+    "lengths": "some lengths in the table become numbers, in steps of 5 cm",
     "zeros": "joint offsets: angles with well-known sines, such as 30°, and distances in centimetres",
-    "senses": "directions of axes: a twist of 90° may become −90°, and one of 0° may become 180°",
+    "senses": "directions of axes: a twist angle of 90° may become −90°, and 0° may become 180°",
     "base": "position and orientation of the base: on the floor, on a wall, under the ceiling",
     "tool": "point of interest: at, beside or beyond the origin of the last frame",
     "task": "the plane in which an arm stands, and so the rows of its task",
