@@ -60,7 +60,7 @@ def run(software: Path, work: Path) -> Record:
     stranger = container.grade(Student("eve", "Eve", "eve@example.org"), text)
     counts.add("no mark for strangers", stranger is None, f"{stranger}")
     return Record(
-        "gradescope", f"Gradescope's folders and commands, simulated in  {container.name}", today(), counts.freeze()
+        "gradescope", f"Gradescope's folders and commands, simulated in {container.name}", today(), counts.freeze()
     )
 
 
