@@ -22,9 +22,11 @@ EXPORT_FORMATS = {
     for export_format in (
         ExportFormat("github", "Repositories: one for grading and one for each student", "GitHub Actions", "student",
             partial(export_repositories, platform="github")),
-        ExportFormat("gradescope", "An autograder zip, and student notebooks", "Gradescope", "student", export_gradescope),
+        ExportFormat("gradescope", "An autograder zip, and student notebooks", "Gradescope", "student",
+            export_gradescope),
         ExportFormat("nbgrader", "A course folder, and student notebooks", "nbgrader 0.9", "student", export_nbgrader),
-        ExportFormat("otter", "A source notebook for `otter assign`, and student notebooks", "otter-grader 7", "student", export_otter),
+        ExportFormat("otter", "A source notebook for `otter assign`, and student notebooks", "otter-grader 7", "student",
+            export_otter),
         ExportFormat("gitlab", "Projects: one for grading and one for each student", "GitLab CI", "student",
             partial(export_repositories, platform="gitlab")),
         ExportFormat("moodle", "A ready-made quiz, and a question bank as Moodle XML", "Moodle 4 or 5", "variant",
