@@ -18,7 +18,7 @@ from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 MAX_LINKS = 8
-"""Only sums of fewer links than this are tried."""
+"""Only sums of fewer links than this are tried, because the number of sums doubles with each link."""
 
 
 def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
@@ -28,11 +28,11 @@ def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
     if not rows_with_axes or residual.shape[1] > stages.n:
         return None
     answer_rows, axes = map(list, zip(*rows_with_axes, strict=True))
-    if question.link_sums == "links":
+    if question.link_sums == "links":  # each entry is a sum over the links, as in a position
         links = np.stack([stages.arithmetic.drop_derivatives(link) for link in stages["link vectors"]])[:, axes]
         return _explain_position(stages, links, residual[:, 0])
     size = float(np.abs(correct_values).max())
-    other_residual = np.delete(residual, answer_rows, axis=0)
+    other_residual = np.delete(residual, answer_rows, axis=0)  # of the rows that are no sums over links
     if np.isnan(residual).any() or np.abs(other_residual).max(initial=0.0) > RELATIVE_TOLERANCE * size:
         return None
     missing_by_column: dict[int, tuple[int, ...]] = {}

@@ -27,7 +27,7 @@ UNSET_VALUE = "None"
 MAX_LENGTH = 1000
 """Maximum number of characters of an answer that are searched for an option."""
 MIN_PARTIAL_LENGTH = 4
-"""Minimum number of characters of an option's text by which the option is recognised."""
+"""Minimum number of characters by which an option is recognised if only part of its text was typed."""
 
 
 def is_blank_text(text: str) -> bool:
@@ -121,13 +121,13 @@ _LABEL_BEFORE_LETTER = re.compile(
 
 def find_option_index(text: str, options: Sequence[str]) -> int | None:
     """Return the index of the option with this letter or text; None if no option or more than one option matches."""
-    choice = _strip_label(text)
+    typed_choice = _strip_label(text)
     if tuple(options) == TRUE_FALSE:
-        choice = {"t": "true", "f": "false"}.get(choice, choice)
-    if exact_matches := [index for index, option in enumerate(options) if choice == _strip_label(option)]:
+        typed_choice = {"t": "true", "f": "false"}.get(typed_choice, typed_choice)
+    if exact_matches := [index for index, option in enumerate(options) if typed_choice == _strip_label(option)]:
         return exact_matches[0]
-    letter_match = re.match(r"([a-h])\s*[.):]", choice)
-    choice = choice if letter_match is None else letter_match.group(1)
+    letter_match = re.match(r"([a-h])\s*[.):]", typed_choice)  # a letter before the text of the option
+    choice = typed_choice if letter_match is None else letter_match.group(1)
     letters = LETTERS[: len(options)].casefold()
     if len(choice) == 1 and choice in letters:
         return letters.index(choice)
@@ -154,8 +154,8 @@ def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: in
 def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Sequence[int]) -> Judgement:
     """Judge a choice of letters.
 
-    Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of them, but the
-    result is never negative.
+    Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of the points, but
+    the result is never negative.
     """
     right_count = len(set(parsed.chosen_indices) & set(correct_indices))
     wrong_count = len(set(parsed.chosen_indices) - set(correct_indices))

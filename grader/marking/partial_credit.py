@@ -398,7 +398,10 @@ def _credit_one_mistake(answer: AnswerInContext, is_copied: IsCopied) -> EarnedS
 
 
 def _varies_as_expected(answer: AnswerInContext) -> bool:
-    """Return whether an answer varies if its reference does; a constant may match a varying reference by chance."""
+    """Return whether both an answer in formulas and its reference vary, because a constant may match by chance.
+
+    Return True for all other answers.
+    """
     if not answer.part.answer.is_symbolic or answer.parsed.table is not None:
         return True
     if not any(_flag_varying_entries(answer)) or answer.has_unknown_symbols:
