@@ -89,7 +89,7 @@ class ProblemEntry(pydantic.BaseModel):
     questions: list[str] | str | None = None
     """The questions, in order. By default, all that apply to the arm, except short questions."""
     points: list[float] | None = None
-    """The points of each question. By default, those listed by `qdot questions`."""
+    """The points of each question. By default, the points that `qdot questions` lists."""
     difficulty: int | list[int] | None = None
     """How hard the arms are; each family has its own range of difficulty."""
     variation: str | list[str] | None = None
@@ -99,9 +99,9 @@ class ProblemEntry(pydantic.BaseModel):
     twist_order: str | None = None
     """Overrides the assignment's `twist_order` for this problem."""
     decimals: int | str | dict[str, int | str] | None = None
-    """Accept rounded decimals. By default, answers in formulas must be exact."""
+    """How accurate decimals must be. By default, decimals in formulas must be exact."""
     credit: str | float | dict[str, str | float] | None = None
-    """Change the rules for partial credit."""
+    """How partial credit is given, if not by the usual rules."""
 
 
 FEEDBACK_LEVELS = ("outcome", "mistake", "counterexample", "values", "solutions")
@@ -117,28 +117,27 @@ class AssignmentFile(pydantic.BaseModel):
     key: str = pydantic.Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)
     """The file name of the notebooks, without .ipynb. If you change it, released notebooks can't be graded."""
     due: datetime.datetime | None = None
-    """The due date. A column `due` of roster.csv sets a different due date for a student."""
+    """The due date. The column `due` of roster.csv can set a different one for a student."""
     late: dict[str, Any] | None = None
-    """Deductions for late work. Without it, late work is marked as late but loses no points."""
+    """Deductions for late work. By default, late work is labelled as late but loses no points."""
     attempts: str | dict[str, Any] = "last"
-    """Which of a student's submissions counts."""
+    """Which of a student's submissions counts, and how often students may answer online."""
     feedback: Literal["outcome", "mistake", "counterexample", "values", "solutions"] = "counterexample"
     """How much a feedback page shows about a wrong answer; only "solutions" shows worked solutions."""
     follow_through: float = pydantic.Field(default=0.8, ge=0, le=1)
-    """The share of the points for an answer that follows from the student's own wrong earlier answer."""
+    """The share of its points that an answer earns if it follows from the student's own wrong earlier answer."""
     hints: bool = False
     """Whether each question in the notebook has three hints."""
     practice: bool = False
     """Whether students can also practise [online](serve.md) on other problems of the same kind, without marks."""
     site: str = pydantic.Field(default="", pattern=r"^https?://[^\s<>()\"'\\?#]+$", max_length=500)
-    """The address of [your site](site.md). Notebooks then link to the page of this site on which students can check
-    their answers."""
+    """The address of [your site](site.md). Notebooks then link to its page "Check your notebook"."""
     sandbox: Literal["best", "strict"] = "best"
     """What to do on a machine that cannot fully sandbox student code."""
     variation: str | list[str] = DEFAULT_VARIATION
     """How much the arms of a class differ."""
     convention: str | None = None
-    """How the arms are described. By default, by a standard DH table."""
+    """The convention in which the arms are described. By default, standard DH tables."""
     twist_order: str | None = None
     """The order of the two halves of a twist, if the arms are described by screw axes."""
     paper: dict[str, Any] = {}
@@ -146,7 +145,7 @@ class AssignmentFile(pydantic.BaseModel):
     question: dict[str, Any] = {}
     """Questions of your own, each in a table [question.NAME]; see [Write your own question](custom-questions.md)."""
     problem: list[ProblemEntry] = pydantic.Field(min_length=1)
-    """One table for each problem, in the order of the notebook. The first is p1, with parts such as p1.position."""
+    """One table for each problem, in the order of the notebook."""
 
 
 IDENTIFIER_RULE = (

@@ -77,7 +77,8 @@ class QuestionEntry(pydantic.BaseModel):
     prompt: str
     """The question, in Markdown. A name in braces, as in {pose}, is replaced by the value in the student's problem."""
     answer: str | None = None
-    """The formula of the answer, or "text" if a person marks it. Each question has either `answer` or `options`."""
+    """The formula of the answer, or "text" if a person marks the answers. Each question has either `answer`
+    or `options`."""
     options: list[str | OptionEntry] | None = None
     """The options of a choice, shuffled for each student. If none is marked as right, the first one is right."""
     shown: Literal["text", "formula"] = "text"
@@ -85,26 +86,25 @@ class QuestionEntry(pydantic.BaseModel):
     given: list[str] | dict[str, str | float | int | list[float | int]] = []
     """The given values: groups (pose, rates, velocity, force), or for each symbol a kind, a range or a value."""
     rows: list[str] = []
-    """The names of the entries of a vector in LaTeX, as in ["v_x", "v_y"]."""
+    """The names, in LaTeX, of a vector's entries."""
     units: dict[str, str] = {}
-    """The units of symbols that the arm does not have, as in {m = "kg"}."""
+    """The units of symbols that the arm does not have."""
     unit: str = ""
-    """The unit of a numeric answer, or the units of its entries, as in "rad/s, m/s"."""
+    """The unit of a numeric answer, or the units of its entries."""
     digits: int = pydantic.Field(default=3, ge=2, le=9)
     """The number of significant digits that a numeric answer needs."""
     tolerance: str | None = None
-    """The allowed error of a numeric answer, or of each of its entries, as in "0.01 rad/s, 0.01 m/s"; use it instead of
-    `digits`."""
+    """The allowed error of a numeric answer, or of each of its entries. Use it instead of `digits`."""
     up_to_factor: bool = False
     """Whether every nonzero multiple of a vector of formulas is also correct, as for a direction."""
     points: float = pydantic.Field(default=1.0, gt=0, lt=1e6)
     """The points of the question, if its [[problem]] does not set them."""
     hints: list[str] = []
-    """Three hints, from vague to detailed."""
+    """Three hints."""
     solution: str = ""
-    """How to find the answer. qdot adds the answer itself."""
+    """How to find the answer. qdot appends the answer."""
     de: TextsEntry | None = None
-    """The texts in German."""
+    """German translations."""
 
 
 FORMS = {

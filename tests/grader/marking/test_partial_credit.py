@@ -278,36 +278,30 @@ def write_condition(piece: str) -> str:
 SHOULDER = "a1 + a2*cos(theta2) + a3*cos(theta2 + theta3)"
 SETS = {
     "θ3 = 0, without π": f"theta3 = 0, {SHOULDER} = 0",
-    "θ3 = 0, π, without the shoulder": "theta3 = 0, theta3 = pi",
+    "θ3 = 0, π, without the shoulder's condition": "theta3 = 0, theta3 = pi",
     "θ3 = 0, π and θ2 = 0, π": "theta3 = 0, theta3 = pi, theta2 = 0, theta2 = pi",
-    "everything, and θ1 = 0": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0",
-    "everything, and θ1 = 0, π": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0, theta1 = pi",
-    "all joints 0 or π": ", ".join(f"theta{k} = {value}" for k in (1, 2, 3) for value in ("0", "pi")),
+    "everything, and also θ1 = 0, π": f"theta3 = 0, theta3 = pi, {SHOULDER} = 0, theta1 = 0, theta1 = pi",
+    "every joint at 0 or π": ", ".join(f"theta{k} = {value}" for k in (1, 2, 3) for value in ("0", "pi")),
 }
 """Wrong sets of singular configurations of the elbow arm."""
 
 
 def list_wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
     """Yield a question, a mistake in the words of docs/partial-credit.md, and its answer."""
-    names = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian", "determinant")
-    position, axes, vectors, jacobian, inverse, (det,) = (problem[name].answer.as_matrix() for name in names)
+    names = ("position", "jacobian", "determinant")
+    position, jacobian, (det,) = (problem[name].answer.as_matrix() for name in names)
     first = jacobian.as_mutable()
     first[0, 0] = 0
     for name, mistake, answer in (
-        ("joint-axes", "z1 and z2 negated", axes * sp.diag(1, -1, -1)),
-        ("position-vectors", "p* reversed", -vectors),
         ("jacobian", "the sign and a factor 2 wrong", -2 * jacobian),
         ("jacobian", "one entry zero", first),
-        ("jacobian", "transposed", jacobian.T),
-        ("inverse-jacobian", "the adjugate, without 1/det J", inverse * det),
         ("position", "d1 left out", position.subs("d1", 0)),
         ("position", "θ3 for θ2 + θ3", position.subs(sp.Add(*problem.chain.q[1:]), problem.chain.q[2])),
     ):
         yield name, mistake, str(list(answer) if answer.cols == 1 else answer.tolist())
-    yield "determinant", "without a2 a3", f"({det})/(a2*a3)"
     yield "determinant", "without sin θ3", f"({det})/sin(theta3)"
     yield "determinant", "cos θ3 for sin θ3", f"{det}".replace("*sin(theta3)", "*cos(theta3)")
-    yield "determinant", "invented, with sin θ3 in it", "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
+    yield "determinant", "a made-up product with sin θ3", "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
     for mistake, conditions in SETS.items():
         yield "singular-angles", mistake, f"[{conditions}]"
 
