@@ -296,11 +296,11 @@ def list_wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
         ("jacobian", "the sign and a factor 2 wrong", -2 * jacobian),
         ("jacobian", "one entry zero", first),
         ("position", "d1 left out", position.subs("d1", 0)),
-        ("position", "θ3 for θ2 + θ3", position.subs(sp.Add(*problem.chain.q[1:]), problem.chain.q[2])),
+        ("position", "θ3 instead of θ2 + θ3", position.subs(sp.Add(*problem.chain.q[1:]), problem.chain.q[2])),
     ):
         yield name, mistake, str(list(answer) if answer.cols == 1 else answer.tolist())
     yield "determinant", "without sin θ3", f"({det})/sin(theta3)"
-    yield "determinant", "cos θ3 for sin θ3", f"{det}".replace("*sin(theta3)", "*cos(theta3)")
+    yield "determinant", "cos θ3 instead of sin θ3", f"{det}".replace("*sin(theta3)", "*cos(theta3)")
     yield "determinant", "a made-up product with sin θ3", "a1*a2*a3*sin(theta1)*sin(theta2)*sin(theta3)"
     for mistake, conditions in SETS.items():
         yield "singular-angles", mistake, f"[{conditions}]"
