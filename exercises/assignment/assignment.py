@@ -87,7 +87,8 @@ class ProblemEntry(pydantic.BaseModel):
     robot: str | None = None
     """A real robot or the file of your own arm, instead of a family."""
     questions: list[str] | str | None = None
-    """The questions, in order. By default, all that apply to the arm, except short questions."""
+    """The questions, in order. By default, all that apply to the arm, except
+    [short questions](questions.md#short-questions-for-quizzes)."""
     points: list[float] | None = None
     """The points of each question. By default, the points that `qdot questions` lists."""
     difficulty: int | list[int] | None = None
