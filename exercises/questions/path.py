@@ -234,7 +234,7 @@ def _round_half_up(value: sp.Expr) -> int:
 
 QUESTIONS = (
     Question(
-        "path-rates", "Joint rates along a path", "6.7 on a welding path", points=2.0,
+        "path-rates", "Joint rates along a path", "6.7, applied to a welding path", points=2.0,
         prerequisites=("inverse-velocity",), formula="inv(J)*xd", sample=_ask_path_rates, list_labels=name_joint_rates,
         find_arm_objection=_find_path_objection, is_made_of_jacobian=True,
         alternative_prerequisites=inversion.RATE_PREREQUISITES,

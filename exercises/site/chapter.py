@@ -72,7 +72,7 @@ def _write_errata(language: str) -> tuple[str, str]:
     """Return the title and body of the page of errata."""
     template = make_environment(language).get_template("site/errata.md.j2")
     text = template.render(errata=list(enumerate(read_errata(language), 1)), places=_find_errata_pages(), level="##")
-    return load_catalogue(language).gettext("Errata of the chapter"), to_html(text)
+    return load_catalogue(language).gettext("Errata for the chapter"), to_html(text)
 
 
 def _write_example(index: int, language: str) -> tuple[str, str]:
