@@ -15,7 +15,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.release import is_released, make_notebook_path
-from qdot.exercises.common.errors import QdotError, list_first
+from qdot.exercises.common.errors import QdotError, write_first
 from qdot.exercises.common.files import make_zip, write_atomically
 from qdot.exercises.common.input_file import BYTE_ORDER_MARK, format_csv, parse_csv_rows, read_table_text
 from qdot.exercises.writing.render import render
@@ -69,7 +69,7 @@ def read_notebooks(assignment: Assignment) -> dict[str, bytes]:
     """Map each student to the released notebook. Raises QdotError if one is missing or out of date."""
     outdated = [student.id for student in assignment.roster if not is_released(assignment, student.id)]
     if outdated:
-        names = list_first(outdated, MAX_STUDENTS_LISTED)
+        names = write_first(outdated, MAX_STUDENTS_LISTED)
         raise QdotError(f"no current notebook in released/ for {names}; run: qdot generate {assignment.folder}")
     return {student.id: make_notebook_path(assignment, student.id).read_bytes() for student in assignment.roster}
 
@@ -171,7 +171,7 @@ def _find_participant_numbers(roster: Sequence[Student], worksheet: Path) -> Map
         else:
             unplaced_students.append(student.id)
     if len(set(numbers.values())) < len(numbers) or unplaced_students:
-        names = list_first(unplaced_students or sorted(numbers), MAX_STUDENTS_LISTED)
+        names = write_first(unplaced_students or sorted(numbers), MAX_STUDENTS_LISTED)
         raise QdotError(
             f"{worksheet}: it is not certain which line belongs to {names}; the worksheet needs the e-mail address or "
             "the identifier that roster.csv has. If students joined later, download the worksheet again; delete the "

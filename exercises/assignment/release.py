@@ -76,10 +76,10 @@ class ReleaseResult:
 
     - "written": the notebooks are new.
     - "kept": the notebooks were up to date.
-    - "completed": a file was missing after an interrupted run; the released notebook is unchanged.
+    - "completed": a file was missing or unreadable after an interrupted run; no existing notebook has changed.
     - "rewritten": the released notebook has changed.
     - "left out": there is no notebook, because there is no valid problem for the `failed_slots`.
-    - "replaced": nothing is written yet, because the replaced problems (`replacements`) must be recorded first.
+    - "to replace": nothing is written yet; the caller must first record the `replacements`, then call again.
     """
 
     student: str
@@ -115,7 +115,8 @@ ONLINE_FOLDER = "online"
 def _find_student_folder(assignment: Assignment, kind: str, student: str) -> Path:
     """Return the folder of a student's files of a kind.
 
-    Only the invented students of `qdot serve` have a colon in the identifier; their files are in online/.
+    Only the stand-in students of `qdot serve`, such as practice:3, have a colon in the identifier; their files are in
+    online/.
     """
     if ":" not in student:
         return assignment.folder / kind / student
@@ -145,7 +146,7 @@ def release_notebooks_of_student(context: ReleaseContext, student: str) -> Relea
         return ReleaseResult(student, "left out", failed_slots=student_problems.failed_slots)
     new_replacements = student_problems.find_new_replacements(assignment)
     if new_replacements:
-        return ReleaseResult(student, "replaced", new_replacements)
+        return ReleaseResult(student, "to replace", new_replacements)
     certified_problems = student_problems.certified_problems
     problems = [(slot, certified_problem.problem) for slot, certified_problem in certified_problems.items()]
     try:
@@ -167,8 +168,8 @@ def _write_files(assignment: Assignment, student: str, notebooks: "Sequence[Note
     released_path, solution_path = (make_notebook_path(assignment, student, kind) for kind in NOTEBOOK_FOLDERS)
     new_text, solution = map(write_notebook, notebooks)
     existing_text = read_if_present(released_path)
-    # An outdated solution beside an up-to-date released notebook means that an earlier run rewrote the released
-    # notebook, but was stopped before it reported the outcome.
+    # An outdated solution means that an earlier run stopped between writing the two notebooks. Report "rewritten",
+    # although the released notebook may already be new.
     is_solution_outdated = _read_notebook_digest(solution_path) not in ("", assignment.notebook_digest_of(student))
     if existing_text not in (None, "", new_text) or is_solution_outdated:
         outcome = "rewritten"
@@ -196,7 +197,7 @@ def _find_faulty_slot(assignment: Assignment, student: str, problems: Problems, 
 
 
 def _make_notebooks(assignment: Assignment, student: str, problems: Problems) -> "tuple[NotebookNode, NotebookNode]":
-    """Return the released and the staff's notebook, with the same prompts in both."""
+    """Return the released notebook, and the staff's, which copies its statements and question prompts."""
     released_notebook = make_notebook(assignment, student, problems)
     return released_notebook, make_notebook(assignment, student, problems, released_notebook)
 
@@ -241,7 +242,7 @@ def read_if_present(path: Path) -> str | None:
 
 
 def _read_notebook_digest(path: Path) -> str:
-    """Return the notebook digest recorded in a notebook or certificate, or "" if there is none."""
+    """Return the digest of the settings from which a notebook or certificate was made, "" if none is recorded."""
     match = re.search(r'"notebook_digest": "([^"]*)"', read_if_present(path) or "")
     return match.group(1) if match else ""
 
@@ -268,7 +269,7 @@ def release_notebooks(
                 map_in_order(release_notebooks_of_student, students, jobs, setup=return_state, arguments=(context,))
             ) as results:
                 for result in results:
-                    if result.outcome == "replaced":
+                    if result.outcome == "to replace":
                         assignment = record_replacements(assignment, result.student, result.replacements)
                         waiting_students.append(result.student)
                     else:

@@ -53,7 +53,7 @@ class KeyReason(Reason):
 
 
 def make_open_files_error(error: BaseException) -> QdotError | None:
-    """Return the error to show if this machine's limit of open files was reached; None for any other error.
+    """Return the error to show if this process has reached its limit of open files; None for any other error.
 
     >>> print(make_open_files_error(OSError(errno.EMFILE, "Too many open files")))
     this process has reached its limit of open files; raise it, as with 'ulimit -n 1024', and run the same command again
@@ -86,23 +86,23 @@ def count_noun(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def list_first(names: Sequence[str], shown_count: int) -> str:
-    """Return the first `shown_count` names as a list, and how many more there are.
+def write_first(names: Sequence[str], shown_count: int) -> str:
+    """Return the first `shown_count` names as text, and how many more there are.
 
-    >>> list_first(["ada", "bo", "cy", "di"], 2)
+    >>> write_first(["ada", "bo", "cy", "di"], 2)
     'ada, bo and 2 more'
     """
     others_text = f" and {len(names) - shown_count} more" if len(names) > shown_count else ""
     return ", ".join(names[:shown_count]) + others_text
 
 
-def shorten(text: str, max_length: int) -> str:
-    """Return the first characters of a text; " …" shows that some are left out."""
-    return text if len(text) <= max_length else f"{text[:max_length]} …"
+def shorten(text: str, kept_length: int) -> str:
+    """Return the first `kept_length` characters of a text; " …" shows that some are left out."""
+    return text if len(text) <= kept_length else f"{text[:kept_length]} …"
 
 
 def find_most_similar(name: str, known_names: Sequence[str]) -> str:
-    """Return the known name that is most similar to an unknown name, or whose initials it is; "" if there is none.
+    """Return the known name that is most similar to an unknown name, or whose initials are this name; "" if none is.
 
     >>> find_most_similar("scra", ["planar-2r", "scara"]), find_most_similar("x", ["planar-2r", "scara"])
     ('scara', '')

@@ -19,7 +19,7 @@ PAPER_SIZES = ("a4", "letter")
 DEFAULT_ATTEMPTS = 3
 """Number of attempts at a question on platforms that limit attempts, unless the assignment sets another number."""
 
-ComputeEarnedShare = Callable[[Problem, Part, str], Fraction]
+ShareOfTypedAnswer = Callable[[Problem, Part, str], Fraction]
 """A function that returns the share of a part's points that a typed answer earns."""
 
 
@@ -62,7 +62,7 @@ class ExportRequest:
     on_step: Callable[[], None] = _ignore
     report: Callable[[str], None] = _ignore
     on_left_out: Callable[[FailedSlot], None] = _raise_failure
-    compute_earned_share: ComputeEarnedShare = _refuse_share
+    compute_earned_share: ShareOfTypedAnswer = _refuse_share
     passing_share: Fraction | None = None
 
     @property

@@ -30,7 +30,7 @@ from qdot.exercises.exports.platform_markup import (
     name_picture_file,
     write_line_html,
 )
-from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.base import add_chapter_to_citation
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE, ConditionSet, Matching, Number, Selection, Words
 from qdot.exercises.short_questions import ALL_QUESTIONS, question_of
@@ -93,13 +93,13 @@ class ChoiceForm:
 class MatchingForm:
     """A form in which a student matches stems (LaTeX) with options (plain text).
 
-    `correct_options` has the index (from 0) of the correct option for each stem. Some options may belong to no stem.
+    `correct_indices` has the index (from 0) of the correct option for each stem. Some options may belong to no stem.
     """
 
     kind: ClassVar = "match"
     stems: tuple[str, ...]
     options: tuple[str, ...]
-    correct_options: tuple[int, ...]
+    correct_indices: tuple[int, ...]
 
     @property
     def correct_count(self) -> int:
@@ -111,7 +111,7 @@ class MatchingForm:
         """Each stem as (letter, text with the letter, index of its option); solutions refer to the letters."""
         return tuple(
             (letter, f"{letter}. {stem}", index)
-            for letter, stem, index in zip(LETTERS, self.stems, self.correct_options, strict=False)
+            for letter, stem, index in zip(LETTERS, self.stems, self.correct_indices, strict=False)
         )
 
 
@@ -421,15 +421,15 @@ def _make_option_form(problem: Problem, part: Part, explains_mistakes: bool) -> 
     answer = part.answer
     texts = [problem_texts.write_option(problem, part, index) for index in range(len(answer.offered_options))]
     if isinstance(answer, Matching):
-        correct_options = [len(answer.items)] * len(texts)  # the option "no joint", unless an item belongs to the text
+        correct_indices = [len(answer.items)] * len(texts)  # the option "no joint", unless an item belongs to the text
         for item_index, text_index in enumerate(answer.correct):
-            correct_options[text_index] = item_index
-        return MatchingForm(tuple(texts), (*answer.items, "no joint"), tuple(correct_options))
+            correct_indices[text_index] = item_index
+        return MatchingForm(tuple(texts), (*answer.items, "no joint"), tuple(correct_indices))
     options = []
     for index, text in enumerate(texts):
         is_correct = index in answer.correct_indices
         blames = list_blames(part, index) if explains_mistakes and not is_correct else ()
-        feedback = add_chapter_to_reference(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
+        feedback = add_chapter_to_citation(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         shown_text = f"{LETTERS[index]}: {text}" if part.details.has_drawn_options else text
         options.append(QuizOption(shown_text, is_correct, feedback))
     has_fixed_order = part.details.has_drawn_options or answer.offered_options == TRUE_FALSE

@@ -21,7 +21,7 @@ from qdot.exercises.formula.equality import READABLE_POINTS, Domain, compare_ent
 from qdot.exercises.formula.parser import parse_formula
 from qdot.exercises.formula.sympy_text import format_expression
 from qdot.exercises.formula.trees import Node
-from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.base import add_chapter_to_citation
 from qdot.exercises.mistakes.catalogue import PredictedAnswer, generate_mistaken_answers, predict_wrong_answers
 from qdot.exercises.mistakes.configurations import sample_configurations
 from qdot.exercises.problem.problem import Part, Problem, ResultChoiceDetails
@@ -183,7 +183,7 @@ def _find_wrong_formulas(problem: Problem, part: Part, mistake_count: int) -> It
             answer = derive(problem.chain).substitute_matrix(formulas)
         is_usable = answer.shape == reference.shape and len(str(answer.tolist())) <= MAX_CHARACTERS
         if is_usable and not all(compare_entry_by_entry(problem, answer, reference)):
-            feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
+            feedback, mistake = add_chapter_to_citation(prediction.sentence), prediction.mistake
             yield KnownWrongAnswer(mistake.name, mistake.title, feedback, answer)
 
 
@@ -220,7 +220,7 @@ def _find_wrong_numbers(problem: Problem, part: Part, max_count: int) -> Iterato
         if is_new and not is_divided_by_zero(values, expected_numbers) and len(wrong_answers) < max_count:
             wrong_answers.append(values)
             rounded_answer = sp.Matrix([sp.Rational(f"{value:.6g}") for value in values])
-            feedback, mistake = add_chapter_to_reference(prediction.sentence), prediction.mistake
+            feedback, mistake = add_chapter_to_citation(prediction.sentence), prediction.mistake
             yield KnownWrongAnswer(mistake.name, mistake.title, feedback, rounded_answer)
 
 
@@ -244,7 +244,7 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
             if conditions and conditions not in earlier_conditions:
                 earlier_conditions.append(conditions)
                 mistake_names.add(mistake.name)
-                feedback = add_chapter_to_reference(mistake.format_message(mistaken_answer.words))
+                feedback = add_chapter_to_citation(mistake.format_message(mistaken_answer.words))
                 yield KnownWrongAnswer(mistake.name, mistake.title, feedback, mistaken_answer.answer.components)
 
 

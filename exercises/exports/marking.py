@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from qdot.exercises import reference_answers
-from qdot.exercises.exports.export_format import ComputeEarnedShare
+from qdot.exercises.exports.export_format import ShareOfTypedAnswer
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.formula.latex import parse_latex
 from qdot.exercises.problem.credit import INCOMPLETE_CONDITION_FACTOR, MISTAKE_FACTOR, SIGN_OR_FACTOR_COST
@@ -47,7 +47,7 @@ class MarkingInstructions:
     rule: str
 
 
-def explain_marking(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> MarkingInstructions:
+def explain_marking(problem: Problem, part: Part, compute_earned_share: ShareOfTypedAnswer) -> MarkingInstructions:
     """Return the instructions for a part; `compute_earned_share` returns the share of the points for a typed answer."""
     correct_answer = _keep_if_legible(write_short_answer(problem, part)) or "see the key"
     correct_line = MarkingLine("Right", correct_answer, _format_points(part, Fraction(1)))
@@ -80,7 +80,7 @@ def _make_option_lines(part: Part) -> Iterator[MarkingLine]:
 
 
 def _make_mistake_lines(
-    problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare
+    problem: Problem, part: Part, compute_earned_share: ShareOfTypedAnswer
 ) -> Iterator[MarkingLine]:
     """Yield a line for each answer that a known mistake leads to."""
     for known_answer in find_known_wrong_answers(problem, part, MAX_MISTAKES):

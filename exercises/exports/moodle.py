@@ -30,10 +30,10 @@ DECIMALS_NOTE = (
 )
 """Instructions for students on boxes for numbers.
 
-Moodle reads 1/4 as the number 1 with a unit, 0,25 as 25 in English, and neither −0.25 nor v = 0.25. In languages with a
-decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate thousands. No
-question type avoids this: questions for numbers accept no other forms, except units after a number in a single box, and
-questions that compare texts have no tolerance.
+Moodle reads 1/4 as the number 1 with a unit and 0,25 as 25 in English. It can't read −0.25 with U+2212, or v = 0.25. In
+languages with a decimal comma, it reads 0.25 as 0.25, but calls the answer incomplete, because a point may separate
+thousands. No question type avoids this: questions for numbers accept no other forms, except units after a number in a
+single box, and questions that compare texts have no tolerance.
 """
 
 MIN_BOX_WIDTH = 12
@@ -48,8 +48,8 @@ def export_moodle(request: ExportRequest) -> Generator[ExportedFile, None, None]
     assignment = request.assignment
     groups = items.group_items(items.make_items(request), request.report)
     categories = [
-        Category(make_category_names(category), tuple(_make_question(item, assignment.key) for item in group))
-        for category, group in groups.items()
+        Category(make_category_names(item_category), tuple(_make_question(item, assignment.key) for item in group))
+        for item_category, group in groups.items()
     ]
     records = [{"path": make_category_path(category.names), "questions": category.questions} for category in categories]
     xml = render("exports/moodle.xml.j2", categories=records, title=assignment.title)
@@ -73,7 +73,7 @@ def make_category_path(names: Sequence[str]) -> str:
     return "/".join(["$course$", "top", *(name.replace("/", "//") for name in names)])
 
 
-def _make_question(item: items.QuizItem, key: str) -> MoodleQuestion:
+def _make_question(item: items.QuizItem, assignment_key: str) -> MoodleQuestion:
     form, body = item.form, _write_body(item)
     boxes = _make_boxes(form) if isinstance(form, items.NumberForm) else ()
     numbered_boxes = [f"{{#{number}}}" for number in range(1, len(boxes) + 1)]
@@ -82,7 +82,7 @@ def _make_question(item: items.QuizItem, key: str) -> MoodleQuestion:
         body=items.append_boxes(body, form, [box.notation for box in boxes]),
         body_with_numbered_boxes=items.append_boxes(body, form, numbered_boxes), files=_encode_pictures(item.body),
         solution=_write_html(item.solution), solution_files=_encode_pictures(item.solution),
-        id_number=f"{key}-{item.key}"[-MAX_ID_LENGTH:],
+        id_number=f"{assignment_key}-{item.key}"[-MAX_ID_LENGTH:],
         tags=("qdot", item.category.slot_title, item.category.question_title),
         hints=tuple(map(platform_markup.write_html, item.hints)), boxes=boxes,
         answers=_make_option_answers(form) if isinstance(form, items.ChoiceForm) else (),
@@ -132,7 +132,7 @@ def _make_option_answers(form: items.ChoiceForm) -> tuple[MoodleAnswer, ...]:
 
 def _make_pairs(form: items.MatchingForm) -> tuple[tuple[str, str], ...]:
     pairs = [(platform_markup.write_line_html(stem), form.options[index]) for _, stem, index in form.lettered_stems]
-    distractors = [option for index, option in enumerate(form.options) if index not in form.correct_options]
+    distractors = [option for index, option in enumerate(form.options) if index not in form.correct_indices]
     return (*pairs, *(("", option) for option in distractors))
 
 
@@ -151,17 +151,17 @@ def _make_boxes(form: items.NumberForm) -> tuple[InputBox, ...]:
     boxes = []
     for field, answers in zip(form.fields, answers_by_field, strict=True):
         all_answers = (*answers, filler) if len(answers_by_field) > 1 else answers
-        escaped_answers = [(answer, _escape_feedback(answer.feedback)) for answer in all_answers]
+        cloze_answers = [(answer, _escape_feedback(answer.feedback)) for answer in all_answers]
         weight = ZERO_WEIGHT if field.is_zero else NONZERO_WEIGHT
-        notation = render("exports/moodle-box.txt.j2", weight=weight, answers=escaped_answers).strip()
+        notation = render("exports/moodle-box.txt.j2", weight=weight, answers=cloze_answers).strip()
         boxes.append(InputBox(all_answers, weight, notation))
     return tuple(boxes)
 
 
 def _make_number_answers(field: items.NumberField) -> tuple[MoodleAnswer, ...]:
     def make_answer(value: float, tolerance: float, percentage: str, feedback: str) -> MoodleAnswer:
-        number, escaped_feedback = _format_number(value, tolerance), html.escape(feedback, quote=False)
-        return MoodleAnswer(number, percentage, escaped_feedback, platform_markup.format_tolerance(tolerance))
+        number, feedback_html = _format_number(value, tolerance), html.escape(feedback, quote=False)
+        return MoodleAnswer(number, percentage, feedback_html, platform_markup.format_tolerance(tolerance))
 
     wrong_answers = (
         make_answer(wrong_value.value, wrong_value.tolerance, "0", wrong_value.feedback)
@@ -190,7 +190,7 @@ def _make_filler_number(length: int) -> str:
 
 
 def _escape_feedback(feedback: str) -> str:
-    r"""Return HTML escaped for the feedback of an embedded answer, which an unescaped `}`, `#` or `~` would end.
+    r"""Escape HTML as feedback in a Cloze answer; an unescaped `}`, `#` or `~` would end the feedback.
 
     `}` and `#` get a backslash. Moodle would keep a backslash before `~`, so `~` is replaced. Moodle resolves entities
     once more, so they are escaped.

@@ -19,7 +19,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.graph import StageResults, compute_numeric_stages
 from qdot.exercises.formula.equality import Domain
 from qdot.exercises.mistakes import catalogue
-from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.base import add_chapter_to_citation
 from qdot.exercises.mistakes.configurations import SymbolValues, sample_configurations
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions import inversion
@@ -100,7 +100,7 @@ def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) ->
     answer = part.answer_as(Number)
     reference = _to_floats(answer)
     wrong_answers = [
-        (add_chapter_to_reference(mistake.format_message(mistaken_answer.words)), _to_floats(mistaken_answer.answer))
+        (add_chapter_to_citation(mistake.format_message(mistaken_answer.words)), _to_floats(mistaken_answer.answer))
         for mistake, mistaken_answer in catalogue.generate_mistaken_answers(problem.chain, part)
         if isinstance(mistaken_answer.answer, Number)
     ]
@@ -112,7 +112,7 @@ def _convert_numeric_answer(problem: Problem, part: Part, is_direction: bool) ->
         _check_agreement(problem, part, reference, compute_answer(stages, part)[..., 0], is_direction)
         predictions = _list_wrong_answers(stages, part)
         wrong_answers += [
-            (add_chapter_to_reference(prediction.sentence), prediction.answer[..., 0]) for prediction in predictions
+            (add_chapter_to_citation(prediction.sentence), prediction.answer[..., 0]) for prediction in predictions
         ]
     return NumericPart(part, reference, None, tuple(wrong_answers))
 
@@ -172,8 +172,7 @@ def _evaluate_formulas(problem: Problem, part: Part) -> NumericPart | None:
     float_values = np.array(exact_values.tolist(), dtype=float)
     _check_agreement(problem, part, float_values, derived_answer[..., best_index], part.answer.is_direction)
     wrong_answers = tuple(
-        (add_chapter_to_reference(prediction.sentence), prediction.answer[..., best_index])
-        for prediction in predictions
+        (add_chapter_to_citation(prediction.sentence), prediction.answer[..., best_index]) for prediction in predictions
     )
     given_values = _describe_given_values(chain, part, configurations[best_index], reference)
     return NumericPart(number_part, float_values, given_values, wrong_answers)

@@ -1,8 +1,8 @@
 """Export repositories for GitHub or GitLab: one for the staff, which grades, and one for each student.
 
 Anybody who may push to a repository can change its CI jobs so that they print every secret of the repository. Therefore
-students' repositories never have the secret. The staff's repository fetches students' work, grades the work and returns
-feedback.
+students' repositories never have the assignment's secret. The staff's repository fetches students' work, grades the
+work and returns feedback.
 """
 
 import re
@@ -63,7 +63,7 @@ def export_repositories(request: ExportRequest, platform: str) -> Generator[Expo
 def _list_repositories(request: ExportRequest, platform: str) -> str:
     """Return a table of repositories, students and logins as CSV. Raises QdotError if a login is invalid.
 
-    A repository is called KEY-STUDENT, unless the roster's column `repository` has another name. The logins are from
+    The name is the cell in the roster's column `repository`, or else OWNER/KEY-STUDENT. The logins are from
     the roster's column with the platform's name.
     """
     lines = [f"repository,student,{platform}"]

@@ -18,7 +18,7 @@ from qdot.exercises.arm.chain import is_joint_angle
 from qdot.exercises.common.errors import Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports import stack_maxima
-from qdot.exercises.exports.export_format import ComputeEarnedShare
+from qdot.exercises.exports.export_format import ShareOfTypedAnswer
 from qdot.exercises.exports.known_wrong_answers import (
     KnownWrongAnswer,
     compare_entry_by_entry,
@@ -30,7 +30,7 @@ from qdot.exercises.exports.known_wrong_answers import (
 from qdot.exercises.formula.equality import READABLE_POINTS
 from qdot.exercises.formula.printers.maxima import print_maxima, print_maxima_matrix
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.base import add_chapter_to_citation
 from qdot.exercises.problem.credit import SIGN_OR_FACTOR_COST
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.reference_answers import LETTERS
@@ -38,7 +38,7 @@ from qdot.exercises.short_questions.options import list_blames
 from qdot.exercises.singularities.singular_set import Component
 from qdot.exercises.writing.units import format_unit
 
-ComputeShare = Callable[[KnownWrongAnswer], Fraction]
+ShareOfMistake = Callable[[KnownWrongAnswer], Fraction]
 """A function that returns the share of the points for a known wrong answer."""
 MAX_MISTAKES = 6
 """Maximum number of known mistakes in a part's response tree. Each mistake adds a node and a question test."""
@@ -53,9 +53,9 @@ MIN_PIVOT, MAX_ENTRY = 1e-2, 1e4
 The pivot is the entry that is compared to find a constant factor between two matrices.
 """
 MIN_BOX_WIDTH, MAX_BOX_WIDTH = 8, 60
+"""Minimum and maximum width in characters of an input box for a formula or an entry of a vector."""
 MIN_CELL_WIDTH, MAX_CELL_WIDTH = 6, 24
-"""Minimum and maximum width of an input box in characters: for a formula or an entry of a vector, and for an entry of a
-matrix."""
+"""Minimum and maximum width in characters of an input box for an entry of a matrix."""
 UNRELATED_VALUE = 7
 """A value that no mistake leads to, for the question test of an answer that no known mistake explains."""
 
@@ -90,6 +90,7 @@ class QuestionTest:
     answer_note: str
 
 
+# ta1, ans1 and prt1 are STACK's names for the reference, the typed answer and the response tree.
 REFERENCE_TEST = QuestionTest("the reference", "ta1", 1.0, CORRECT_NOTE)
 UNUSUAL_FORM_TEST = QuestionTest("another form of the reference", "form1", 1.0, CORRECT_NOTE)
 UNKNOWN_NAME_TEST = QuestionTest("answers with unknown names are not graded", "unknown1", None, "NULL")
@@ -115,34 +116,34 @@ class StackPart:
     score_variable: str = "0"
     box_width: int = 15
     validator: str = ""
-    """The function that returns what is wrong with an invalid answer, which does not count as an attempt."""
+    """Name of the Maxima function that explains why an answer is invalid; invalid answers don't count as attempts."""
     typing_help: str = ""
     """Instructions on how to type formulas."""
 
     @property
     def has_single_box(self) -> bool:
-        """Whether there is a single box for typed text, which may be text that STACK can't parse."""
+        """Whether students type into one free box, so that STACK may be unable to parse the answer."""
         return self.input_type in ("algebraic", "numerical")
 
     def add_mistake(
-        self, index: int, known_answer: KnownWrongAnswer, answer: str, comparison: str, expected: str, share: Fraction
+        self, index: int, known_answer: KnownWrongAnswer, answer: str, comparison: str, target: str, share: Fraction
     ) -> None:
         """Add a known wrong answer, as the variable wrongN (N is `index`), with the share of the points that it earns.
 
-        `answer`, `comparison` and `expected` are Maxima expressions. A student gave this wrong answer if `comparison`
-        equals `expected`.
+        `answer`, `comparison` and `target` are Maxima expressions. A student gave this wrong answer if `comparison`
+        equals `target`.
         """
         name, note = f"wrong{index}", f"prt1-{known_answer.mistake}"
         self.variables.append(f"{name}: {answer};")
         self.marking_lines.append(f"like{index}: {comparison};")
         if share:
-            self.marking_lines.append(f"share: if like{index} = {expected} then max(share, {share}) else share;")
+            self.marking_lines.append(f"share: if like{index} = {target} then max(share, {share}) else share;")
         feedback = known_answer.feedback
-        self.nodes.append(ResponseNode("AlgEquiv", f"like{index}", expected, note, self.score_variable, feedback))
+        self.nodes.append(ResponseNode("AlgEquiv", f"like{index}", target, note, self.score_variable, feedback))
         self.question_tests.append(QuestionTest(known_answer.title, name, float(share), note))
 
 
-def convert_part(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> StackPart | Reason:
+def convert_part(problem: Problem, part: Part, compute_earned_share: ShareOfTypedAnswer) -> StackPart | Reason:
     """Return a part in STACK's form, or the reason why STACK can't ask it.
 
     `compute_earned_share` returns the share of the points that a known wrong answer earns.
@@ -208,7 +209,7 @@ def _list_nonzero_columns(reference: sp.Matrix) -> list[list[int]]:
 # --- formulas ---
 
 
-def _convert_formulas(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart | Reason:
+def _convert_formulas(problem: Problem, part: Part, compute_share: ShareOfMistake) -> StackPart | Reason:
     """Return a part that asks for a formula or a matrix of formulas, or the reason why STACK can't ask it."""
     is_single, reference = part.shape is None, part.answer.as_matrix()
     pivot_position = _find_pivot_position(problem, reference) or 1  # without a pivot, the first entry
@@ -254,8 +255,9 @@ def explain_typing(problem: Problem) -> str:
     joint = problem.chain.q[0]
     rule = f"Type names as in the statement, such as {joint}; write * in products, as in 2*{joint}."
     meanings = stack_maxima.list_short_names(problem)
+    # c1, s1, c12, s12, for example
     examples = [name for name in meanings if len(name) == 2][:2] + [name for name in meanings if len(name) == 3][:2]
-    explanations = ", ".join(f"{name} is {meanings[name]}" for name in examples)  # of c1, s1, c12, s12, for example
+    explanations = ", ".join(f"{name} is {meanings[name]}" for name in examples)
     return f"{rule} Abbreviations: {explanations}." if explanations else rule
 
 
@@ -266,8 +268,8 @@ def _write_maxima(matrix: sp.Matrix, is_single: bool) -> str:
 def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) -> str | None:
     """Return the line with the points at which formulas are compared; None if no usable points were found.
 
-    The first two points have the same lengths, so a factor with the same value at both is a constant. Positions in a
-    matrix are counted row by row from 1.
+    The first two points share the arm's constants, so a ratio of answer and reference that is equal at both doesn't
+    depend on the joint variables. Positions in a matrix are counted row by row from 1.
     """
     domain = make_domain(problem)
     program = compile_program(parse_entries(problem, reference))
@@ -370,7 +372,7 @@ def _convert_direction(problem: Problem, part: Part) -> StackPart | Reason:
 # --- numbers ---
 
 
-def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart:
+def _convert_numbers(problem: Problem, part: Part, compute_share: ShareOfMistake) -> StackPart:
     """Return a part that asks for a number or a vector of numbers."""
     answer = part.answer_as(reference_answers.Number)
     n = len(answer.reference)
@@ -383,8 +385,9 @@ def _convert_numbers(problem: Problem, part: Part, compute_share: ComputeShare) 
     def write_near_count(variable: str) -> str:
         return f"qdot_count(makelist(qdot_near(typed{subscript}, float({variable}{subscript}), room[i]), i, 1, {n}))"
 
-    floors = answer.find_allowed_errors(part.rounding).absolute
-    is_zero = [abs(float(value)) <= floor for value, floor in zip(answer.reference, floors, strict=True)]
+    absolute_tolerances = answer.find_allowed_errors(part.rounding).absolute
+    pairs = zip(answer.reference, absolute_tolerances, strict=True)
+    is_zero = [abs(float(value)) <= tolerance for value, tolerance in pairs]
     lines = ["typed: qdot_read(ans1);", f"room: [{', '.join(map(print_maxima, tolerances))}];"]
     lines += [f"right: {write_near_count('ta1')};", *_write_number_share_lines(part, is_zero)]
     variables = stack_maxima.write_definitions(problem, stack_maxima.NUMBER_FUNCTIONS)
@@ -429,10 +432,10 @@ def _write_number_share_lines(part: Part, is_zero: Sequence[bool]) -> list[str]:
         return ["share: 0;"]
     counted_positions = [i for i, zero in enumerate(is_zero, 1) if not zero] or list(range(1, n + 1))
     zero_positions = [i for i in range(1, n + 1) if i not in counted_positions]
-    near_count = "qdot_count(makelist(qdot_near(typed[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
-    spoiled_count = f"{len(zero_positions)} - {near_count.format(zero_positions)}"
-    counted_points = f"{near_count.format(counted_positions)} - ({spoiled_count})"
-    lines = [f"share: max(0, min({counted_points}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
+    near_count_template = "qdot_count(makelist(qdot_near(typed[i, 1], float(ta1[i, 1]), room[i]), i, {}))"
+    spoiled_count = f"{len(zero_positions)} - {near_count_template.format(zero_positions)}"
+    earned_count = f"{near_count_template.format(counted_positions)} - ({spoiled_count})"
+    lines = [f"share: max(0, min({earned_count}, {len(counted_positions) - 1}))/{len(counted_positions)};"]
     if not all(is_zero):
         same_size_test = "qdot_near(abs(typed[i, 1]), float(abs(ta1[i, 1])), room[i])"
         condition = f"qdot_count(makelist({same_size_test}, i, 1, {n})) = {n}"
@@ -487,7 +490,7 @@ def _convert_choice(part: Part) -> StackPart:
         if i == answer.correct:
             continue
         blames = list_blames(part, i)
-        feedback = add_chapter_to_reference(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
+        feedback = add_chapter_to_citation(" ".join(dict.fromkeys(blame.sentence for blame in blames)))
         note = "-".join(["prt1", LETTERS[i], *dict.fromkeys(blame.mistake for blame in blames)])
         nodes.append(ResponseNode("AlgEquiv", "ans1", str(i + 1), note, "0", feedback))
         tests.append(QuestionTest(f"option {LETTERS[i]}", str(i + 1), 0.0, note))
@@ -496,7 +499,7 @@ def _convert_choice(part: Part) -> StackPart:
     )  # fmt: skip
 
 
-def _convert_set(problem: Problem, part: Part, compute_share: ComputeShare) -> StackPart | Reason:
+def _convert_set(problem: Problem, part: Part, compute_share: ShareOfMistake) -> StackPart | Reason:
     """Return a part that asks for a set of equations, each with a joint variable on the left and a value on the right.
 
     If STACK can't ask it, return the reason.
@@ -593,5 +596,5 @@ def _list_joint_values(components: tuple[Component, ...]) -> set[tuple[str, floa
 
 
 def remove_rounding_if_exact(part: Part) -> Part:
-    """Return a part without a tolerance for rounding if its answer is exact, because STACK accepts no rounding then."""
+    """Return a part without allowed rounding if its answer is exact, because STACK compares exact answers exactly."""
     return replace(part, rounding=None) if part.answer.is_exact else part

@@ -13,8 +13,8 @@ MAX_CACHED_TEXTS, MAX_CACHED_LENGTH = 4096, 1000
 """Maximum number of cached texts, and maximum length of each."""
 
 _texts: dict[tuple[type, int], tuple[sympy.Basic, str]] = {}
-"""Maps a printer and the id of an expression to the expression and its text. Equal expressions may have different
-texts, such as 0.5 and 0.50."""
+"""Maps a printer and the id of an expression to the expression and its text. The id is the key, because equal
+expressions may have different texts, such as 0.5 and 0.50."""
 
 
 class Printer(StrPrinter):

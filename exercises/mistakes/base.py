@@ -132,12 +132,12 @@ class Mistake:
         return f"({self.source})" if self.source[:1].isdigit() else self.source
 
 
-def add_chapter_to_reference(sentence: str) -> str:
+def add_chapter_to_citation(sentence: str) -> str:
     """Add "in Chapter 6" to a reference such as "See (6.4)" in a message.
 
     This is not necessary in notebooks and on the site, which name the chapter at the top.
 
-    >>> add_chapter_to_reference("Check the sign. See (6.4).")
+    >>> add_chapter_to_citation("Check the sign. See (6.4).")
     'Check the sign. See (6.4) in Chapter 6.'
     """
     return re.sub(r"\bSee (\(6\.[^)]*\)|Example 6\.\d+|the text below \(6\.\d+\))", r"See \1 in Chapter 6", sentence)

@@ -25,7 +25,7 @@ _NUMBER_WORDS = ("two", "three", "four", "five", "six", "seven", "eight", "nine"
 def read_decimals(
     setting: int | str | Mapping[str, int | str] | None, questions: Sequence[str]
 ) -> tuple[tuple[str, Rounding], ...]:
-    """Return the tolerance of each question that accepts rounded decimals. Raises QdotError.
+    """Return the allowed rounding of each question that accepts rounded decimals. Raises QdotError.
 
     >>> read_decimals({"jacobian": 4}, ["position", "jacobian"])
     (('jacobian', Rounding(relative=0.0005, absolute=0.0, words='to four significant digits')),)
@@ -53,13 +53,13 @@ def check_units(
         if dimensions - {parse_tolerance(text, ROUNDING_FORM).unit.dimension}:
             units = " and ".join(filter(None, expected_units))
             raise QdotError(
-                f"{text!r} doesn't fit {name}, whose numbers {f'are in {units}' if units else 'have no unit'}; set it "
-                f"only for questions that it fits, in a table such as decimals = {{{name} = 3}}"
+                f"{text!r} doesn't fit {name}, whose numbers {f'are in {units}' if units else 'have no unit'}; "
+                f"give {name} its own setting, as in decimals = {{{name} = 3}}"
             )
 
 
 def parse_rounding(setting: int | str) -> Rounding | None:
-    """Return a tolerance; None for "exact", which changes nothing about a question. Raises QdotError."""
+    """Return the allowed rounding; None for "exact", which is the default. Raises QdotError."""
     if setting == "exact":
         return None
     if isinstance(setting, int):
@@ -88,7 +88,7 @@ class Tolerance:
 
 
 def parse_tolerance(text: str, form: str) -> Tolerance:
-    """Return the error in a text such as "0.01 rad/s". Raises QdotError with the expected `form`.
+    """Parse a tolerance such as "0.01 rad/s". Raises QdotError, whose message has `form`, the expected form.
 
     >>> parse_tolerance("1 cm", "").size, parse_tolerance("0.5", "").words
     (0.01, 'within 0.5')

@@ -1,6 +1,7 @@
-"""Questions on concepts: the size of J, the velocity that a joint causes, and when (6.7) applies.
+"""Questions on concepts: the size of J, the velocity that a joint causes, and when equation (6.7) applies.
 
-The last two questions have options. Velocities in options are rounded to three decimals.
+(6.7) computes joint rates with the inverse of J. The last two questions have options. Velocities in options are rounded
+to three decimals.
 """
 
 import math
@@ -56,7 +57,7 @@ RoundedVector = tuple[sp.Rational, ...]
 
 
 def _list_other_tasks(chain: Chain) -> list[tuple[str, ...]]:
-    """Return the tasks, other than the arm's usual task, for which no row of the Jacobian is identically zero."""
+    """Return the tasks (choices of velocity components), other than the arm's usual task, with no zero row in J."""
     rows = find_moving_rows(derive(chain).geometric_jacobian)
     tasks = [task for size in range(1, len(rows) + 1) for task in combinations(rows, size)]
     return [task for task in tasks if task != chain.task]
@@ -107,22 +108,22 @@ def _ask_effect(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
     rows = _choose_rows(chain)
     indices = [VELOCITY_NAMES.index(row) for row in rows]
     for _ in range(MAX_EFFECT_TRIES):
-        lengths, joints = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
-        configuration = make_exact_configuration(chain, lengths, joints)
+        lengths, joint_values = sample_unequal_lengths(chain, rng), sample_joint_values(chain, rng)
+        configuration = make_exact_configuration(chain, lengths, joint_values)
         jacobian = evaluate_precisely(chain, configuration, derive(chain).geometric_jacobian)[indices, :]
         moving_joints = [i for i in range(chain.n) if _compute_norm(jacobian.col(i)) > MIN_EFFECT]
         if not moving_joints:
             continue
-        joint = rng.choice(moving_joints)
-        wrong_columns = _make_wrong_columns(chain, configuration, joint, jacobian, [i for i in indices if i < 3])
-        correct = _round_vector(jacobian.col(joint))
+        joint_index = rng.choice(moving_joints)
+        wrong_columns = _make_wrong_columns(chain, configuration, joint_index, jacobian, [i for i in indices if i < 3])
+        correct = _round_vector(jacobian.col(joint_index))
         rounded_columns = map(_round_vector, wrong_columns)
         candidates = [column for column in rounded_columns if not _are_nearly_parallel(correct, column)]
         if candidates:
             columns = (correct, rng.choice(candidates))
             options = [tuple(sign * value for value in column) for column in columns for sign in (1, -1)]
             answer, _ = shuffle_options(options, options[0], rng, write_vector)
-            return answer, JointEffectDetails(joint=joint + 1, configuration=configuration, rows=rows)
+            return answer, JointEffectDetails(joint=joint_index + 1, configuration=configuration, rows=rows)
     return None
 
 
@@ -133,25 +134,26 @@ def _compute_effect(stages: StageResults, details: JointEffectDetails) -> np.nda
 
 
 def _make_wrong_columns(
-    chain: Chain, configuration: ExactConfiguration, joint: int, jacobian: sp.Matrix, linear_rows: list[int]
+    chain: Chain, configuration: ExactConfiguration, joint_index: int, jacobian: sp.Matrix, linear_rows: list[int]
 ) -> list[sp.Matrix]:
-    """Return wrong columns for a joint (an index); `jacobian` has the rows of J that the options show.
+    """Return wrong columns for a joint; `jacobian` has the rows of J that the options show.
 
-    The wrong columns are those of other joints, the vector p* of the joint, the cross product with the p* of the next
-    origin, and the correct column with x and y confused. Columns that are nearly zero are left out. `linear_rows` are
+    The wrong columns are those of other joints, the vector p* of the joint, the cross product of its axis with the p*
+    of the next origin, and the correct column with x and y confused. For a prismatic joint, the cross product is with
+    the joint's own p*, as if the joint were revolute. Columns that are nearly zero are left out. `linear_rows` are
     the linear rows (0 to 2) among the shown rows.
     """
-    column = jacobian.col(joint)
-    vectors = [jacobian.col(i) for i in range(chain.n) if i != joint]
+    column = jacobian.col(joint_index)
+    vectors = [jacobian.col(i) for i in range(chain.n) if i != joint_index]
     if linear_rows:
         z = evaluate_precisely(chain, configuration, derive(chain).z)
         p_star = evaluate_precisely(chain, configuration, derive(chain).p_star)
-        vectors.append(p_star.col(joint).extract(linear_rows, [0]))
-        origin = joint + 1 if chain.joints[joint].is_revolute else joint  # a prismatic joint has no cross product
+        vectors.append(p_star.col(joint_index).extract(linear_rows, [0]))
+        origin = joint_index + 1 if chain.joints[joint_index].is_revolute else joint_index
         if origin < chain.n:
-            vectors.append(z.col(joint).cross(p_star.col(origin)).extract(linear_rows, [0]))
+            vectors.append(z.col(joint_index).cross(p_star.col(origin)).extract(linear_rows, [0]))
     x, y, *other_entries = column
-    vectors += [sp.Matrix([*plane, *other_entries]) for plane in ((-y, x), (y, x), (x, -y))]
+    vectors += [sp.Matrix([*confused_xy, *other_entries]) for confused_xy in ((-y, x), (y, x), (x, -y))]
     return [vector for vector in vectors if _compute_norm(vector) > MIN_WRONG_EFFECT]
 
 
@@ -217,8 +219,9 @@ def _ask_invertibility(chain: Chain, rng: Stream) -> AnswerAndDetails | None:
             if answer_key == "singular":
                 configuration = sample_from_any_component(task_chain, rng)
             else:
-                prefers_misleading = answer_key == "regular"
-                configuration = sample_regular_configuration(task_chain, rng, MIN_REGULAR_RATIO, prefers_misleading)
+                configuration = sample_regular_configuration(
+                    task_chain, rng, MIN_REGULAR_RATIO, prefers_seemingly_singular=answer_key == "regular"
+                )
             if configuration is not None:
                 answer, _ = shuffle_options(keys, answer_key, rng, INVERTIBILITY_ANSWERS.__getitem__)
                 return answer, _make_invertibility_details(task_chain, answer_key, configuration)
@@ -241,7 +244,7 @@ def _make_invertibility_details(
 
 @lru_cache(maxsize=1024)
 def _list_tasks(chain: Chain, answer_key: str) -> tuple[tuple[str, ...], ...]:
-    """Return the tasks for which J has the shape that an answer needs. For a square J, prefer the arm's usual task."""
+    """Return the tasks whose J has the shape that an answer needs; only the usual task, if both J are square."""
     rows = find_moving_rows(derive(chain).geometric_jacobian)
     if answer_key in ("regular", "singular"):
         if chain.has_square_jacobian:

@@ -182,15 +182,16 @@ def compute_lost_direction(chain: Chain, configuration: ExactConfiguration) -> s
 
 
 def sample_regular_configuration(
-    chain: Chain, rng: Stream, min_ratio: float = 0.1, prefers_misleading: bool = True
+    chain: Chain, rng: Stream, min_ratio: float = 0.1, prefers_seemingly_singular: bool = True
 ) -> ExactConfiguration | None:
     """Return a random configuration of full rank without rounded joint values, or None if none is found.
 
-    The ratio of the smallest to the largest singular value is at least `min_ratio`. If `prefers_misleading`, the first
-    samples are configurations that seem singular to students who make a sign error or an error of 90 degrees.
+    The ratio of the smallest to the largest singular value is at least `min_ratio`. If
+    `prefers_seemingly_singular`, the first samples are configurations that seem singular to students who make a sign
+    error or an error of 90 degrees.
     """
     roots: list[tuple[sp.Symbol, tuple[sp.Expr, ...]]] = []
-    if prefers_misleading:
+    if prefers_seemingly_singular:
         for component in find_singular_set(chain) or ():
             roots += component.solutions or ()
         roots += find_formula_roots(chain)

@@ -18,7 +18,7 @@ from xml.etree import ElementTree
 import sympy as sp
 
 from qdot.exercises.arm.axes_to_dh import IDENTITY_POSE, Axis, Pose, make_pose
-from qdot.exercises.common.errors import QdotError, list_first, make_name_error
+from qdot.exercises.common.errors import QdotError, make_name_error, write_first
 from qdot.exercises.common.input_file import read_text
 
 JOINT_KINDS = {"revolute": "R", "continuous": "R", "prismatic": "P"}
@@ -160,7 +160,7 @@ class _UrdfReader:
         ends = self._list_ends(base)
         if len(ends) == 1:
             return ends[0]
-        problem = f"several last links: {list_first(ends, _MAX_LISTED_LINKS)}" if ends else "its links form a loop"
+        problem = f"several last links: {write_first(ends, _MAX_LISTED_LINKS)}" if ends else "its links form a loop"
         command = f"qdot solve {self.path.name} --tip {self.propose_tip(base) or 'LINK'}"
         remark = "add --convert dh to write it as a ROBOT.toml"
         raise QdotError(f"{self.path}: {problem}; choose the last link, as in: {command} ({remark})")

@@ -120,7 +120,7 @@ def _sample_falsely_singular_configuration(
     assert component.solutions is not None
     for _ in range(MAX_COMPONENT_TRIES):
         min_ratio = _find_clearly_regular_ratio(chain)
-        configuration = sample_regular_configuration(chain, rng, min_ratio, prefers_misleading=False)
+        configuration = sample_regular_configuration(chain, rng, min_ratio, prefers_seemingly_singular=False)
         if configuration is None:
             return None
         component_values = {q: rng.choice(solutions) for q, solutions in component.solutions}

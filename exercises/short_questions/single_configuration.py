@@ -42,7 +42,7 @@ drawing."""
 
 
 def _sample_regular_configuration(chain: Chain, rng: Stream) -> ExactConfiguration | None:
-    return sample_regular_configuration(chain, rng, min_ratio=0.05, prefers_misleading=False)
+    return sample_regular_configuration(chain, rng, min_ratio=0.05, prefers_seemingly_singular=False)
 
 
 # --- numbers ---

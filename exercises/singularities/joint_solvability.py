@@ -3,8 +3,8 @@
 The cosine and the sine of each revolute joint become a pair of unknowns on a circle, and the conditions become
 polynomials in the unknowns. Coefficients are residues modulo a large prime; symbolic lengths and constant angles become
 random residues. A Gröbner basis decides whether the polynomials have a common zero, which may be complex. If they have
-none, the conditions can't hold simultaneously except for special lengths. This conclusion is wrong if a residue happens
-to be special or if the prime divides a coefficient, with a probability of about one in millions.
+none, the conditions can't hold simultaneously except for special lengths. This conclusion is wrong if random
+residues happen to satisfy a special relation or if the prime divides a coefficient: probability below about 1e-6.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ the product of the polynomials' degrees, which bounds the number of zeros."""
 _SMALLEST_PRIME, _PRIME_SEARCH_LENGTH = 10**9, 20_000
 """The smallest number that is tried as the prime, and the number of successive numbers that are tried."""
 _ANGLE_PARTS = 36 * 10**12
-"""A symbolic angle and a radian are divided into this many parts; constant angles must be whole multiples of a part.
+"""A constant angle is a rational multiple of a symbol or of 1 rad; the multiple times this number must be an integer.
 
 The residues for the cosine and the sine of one part determine those of its multiples. The sine and the cosine of a
 rational number of radians are transcendental, so random residues can represent them.
@@ -41,17 +41,17 @@ class _Undecided(Exception):
 def may_hold_simultaneously(
     conditions: Sequence[sp.Expr], joints: Sequence[sp.Symbol], max_zeros: int = MAX_ZEROS
 ) -> bool:
-    """Return whether conditions have a common zero for all lengths except special ones; True if that is undecided.
+    """Return False if conditions provably have no common zero for general lengths, otherwise True.
 
     With a larger `max_zeros`, the maximum product of degrees, more is decided, but it takes longer.
     """
     numerators = [_expand_numerator(condition) for condition in conditions]
     try:
-        field = _Field(joints, _find_prime(frozenset().union(*map(_find_primes_under_roots, numerators))))
-        polynomials = [field.convert(condition) for condition in numerators]
+        converter = _Converter(joints, _find_prime(frozenset().union(*map(_find_primes_under_roots, numerators))))
+        polynomials = [converter.convert(condition) for condition in numerators]
     except _Undecided:
         return True
-    return _may_have_common_zero(polynomials, field, max_zeros)
+    return _may_have_common_zero(polynomials, converter, max_zeros)
 
 
 def is_implied(
@@ -61,7 +61,7 @@ def is_implied(
 
     The condition follows if the premises and 1 = y * condition, with a new unknown y, have no common zero.
     """
-    y = sp.Symbol("d_y")  # with the name of a length, because y is not an angle
+    y = sp.Symbol("d_y")  # not named theta..., so that it isn't treated as an angle
     return not may_hold_simultaneously([*premises, 1 - y * condition], (*joints, y), max_zeros)
 
 
@@ -86,32 +86,33 @@ def drop_redundant(
     return remaining_conditions
 
 
-def _may_have_common_zero(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
+def _may_have_common_zero(polynomials: Sequence[sp.Expr], converter: "_Converter", max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, at which each pair of unknowns is on its circle.
 
     A polynomial that fixes a joint is solved first, and each solution is substituted into the other polynomials.
     """
     nonzero_polynomials = list(dict.fromkeys(polynomial for polynomial in polynomials if polynomial != 0))
     for k, polynomial in enumerate(nonzero_polynomials):
-        points = _solve_for_joint(polynomial, field)
+        points = _solve_for_joint(polynomial, converter)
         if points is not None:
             other_polynomials = nonzero_polynomials[:k] + nonzero_polynomials[k + 1 :]
-            systems = ([_substitute_residues(point, p, field.prime) for p in other_polynomials] for point in points)
-            return any(_may_have_common_zero(system, field, max_zeros) for system in systems)
-    return _may_have_zero_by_groebner_basis(nonzero_polynomials, field, max_zeros)
+            systems = ([_substitute_residues(point, p, converter.prime) for p in other_polynomials] for point in points)
+            return any(_may_have_common_zero(system, converter, max_zeros) for system in systems)
+    return _may_have_zero_by_groebner_basis(nonzero_polynomials, converter, max_zeros)
 
 
-def _solve_for_joint(polynomial: sp.Expr, field: "_Field") -> list[Residues] | None:
+def _solve_for_joint(polynomial: sp.Expr, converter: "_Converter") -> list[Residues] | None:
     """Return the solutions of a polynomial in the unknowns of one joint.
 
-    A prismatic joint has one solution; a revolute joint has the intersections of a line and the circle. Return an empty
-    list for a nonzero constant. Return None if the polynomial has unknowns of several joints, isn't linear, or has no
-    solution modulo the prime.
+    A prismatic joint has one solution; a revolute joint has the intersections of a line and the circle. An empty list
+    (for a nonzero constant) means that there is provably no solution. None means that the polynomial can't be solved
+    here: it has unknowns of several joints, isn't linear, or has no solution modulo the prime, although it may have one
+    in an extension of the field.
     """
-    unknowns, prime = polynomial.free_symbols, field.prime
+    unknowns, prime = polynomial.free_symbols, converter.prime
     if not unknowns:
         return []
-    pair = next((pair for pair in field.circles.values() if unknowns <= set(pair)), None)
+    pair = next((pair for pair in converter.circles.values() if unknowns <= set(pair)), None)
     if pair is None and len(unknowns) > 1:
         return None
     linear_polynomial = sp.Poly(polynomial, *(pair or unknowns), modulus=prime)
@@ -146,7 +147,7 @@ def _substitute_residues(residues: Residues, polynomial: sp.Expr, prime: int) ->
         raise _Undecided from None
 
 
-def _may_have_zero_by_groebner_basis(polynomials: Sequence[sp.Expr], field: "_Field", max_zeros: int) -> bool:
+def _may_have_zero_by_groebner_basis(polynomials: Sequence[sp.Expr], converter: "_Converter", max_zeros: int) -> bool:
     """Return whether polynomials may have a common zero, by a Gröbner basis.
 
     If that would take long, only the shortest polynomials are used: if these have no common zero, the whole system has
@@ -154,14 +155,14 @@ def _may_have_zero_by_groebner_basis(polynomials: Sequence[sp.Expr], field: "_Fi
     """
     chosen_polynomials: list[sp.Expr] = []
     for polynomial in sorted(polynomials, key=lambda candidate: (len(sp.Add.make_args(candidate)), str(candidate))):
-        system = field.add_circles([*chosen_polynomials, polynomial])
-        if _is_short(system, max_zeros):
+        system = converter.add_circles([*chosen_polynomials, polynomial])
+        if _is_quick(system, max_zeros):
             chosen_polynomials.append(polynomial)
-    system = field.add_circles(chosen_polynomials)
+    system = converter.add_circles(chosen_polynomials)
     unknowns = _list_unknowns(system)
     if not unknowns:
         return not chosen_polynomials
-    basis = sp.groebner(system, *unknowns, modulus=field.prime, order="grevlex")
+    basis = sp.groebner(system, *unknowns, modulus=converter.prime, order="grevlex")
     return bool(basis.exprs != [1])
 
 
@@ -169,7 +170,7 @@ def _list_unknowns(polynomials: Sequence[sp.Expr]) -> list[sp.Symbol]:
     return sorted({symbol for polynomial in polynomials for symbol in polynomial.free_symbols}, key=str)
 
 
-def _is_short(system: Sequence[sp.Expr], max_zeros: int) -> bool:
+def _is_quick(system: Sequence[sp.Expr], max_zeros: int) -> bool:
     """Return whether a Gröbner basis of a system can be computed quickly."""
     unknowns = _list_unknowns(system)
     if len(unknowns) > MAX_UNKNOWNS or count_written_terms(system) > MAX_TERMS:
@@ -199,7 +200,7 @@ def _find_prime(primes_with_roots: frozenset[int]) -> int:
     raise _Undecided
 
 
-class _Field:
+class _Converter:
     """The conversion of conditions to polynomials: residues modulo a prime for constants, and unknowns for joints."""
 
     def __init__(self, joints: Sequence[sp.Symbol], prime: int) -> None:

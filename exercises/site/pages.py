@@ -29,16 +29,17 @@ SCRIPT_SOURCES = {
 }  # fmt: skip
 """The source of each script that pages load.
 
-"package" is for packages for learning platforms (`exports.scorm`), "serve" for the pages of `qdot serve`.
+"package" is for packages for learning platforms (`exports.scorm`), "serve" for the pages of `qdot serve`, and "pages"
+for pages of text.
 """
 NODE_VERSION = "Node 20.19 or later"
-"""The versions of Node that build the scripts, as in site/package.json. Node includes npm."""
-HOME_CONFIGURATION = {"theta1": math.radians(15), "theta2": math.radians(100)}
-"""The initial configuration of the arm on the home page; readers can drag P from there across the drawing."""
-LESSON_CONFIGURATION = {"theta1": math.radians(60), "theta2": math.radians(100)}
-"""The initial configuration of the arm in the lessons; it fulfils none of their goals."""
+"""The versions of Node that build the scripts, as in site/package.json."""
+HOME_PAGE_POSE = {"theta1": math.radians(15), "theta2": math.radians(100)}
+"""The initial joint values of the arm on the home page; readers can drag P from there across the drawing."""
+LESSON_POSE = {"theta1": math.radians(60), "theta2": math.radians(100)}
+"""The initial joint values of the arm in the lessons; they fulfil none of the goals."""
 MAX_CHECKED_MEGABYTES = 50
-"""Maximum size of a notebook that the page for students' notebooks opens, which leaves memory on a phone."""
+"""Maximum size of a notebook that the page for students' notebooks opens: small enough for the memory of a phone."""
 MIN_LISTED_HEADINGS = 3
 """A page of the documentation with at least this many headings gets a list of them."""
 
@@ -94,10 +95,10 @@ def read_assets(folder: Path) -> Assets:
     """Return the scripts and styles in a folder that Vite wrote. Raises QdotError if they belong to another version."""
     manifest = _read_manifest(folder)
     scripts = {name: manifest[source]["file"] for name, source in SCRIPT_SOURCES.items()}
-    imports = {name: _list_imports(manifest, source) for name, source in SCRIPT_SOURCES.items()}
+    modules = {name: _list_imports(manifest, source) for name, source in SCRIPT_SOURCES.items()}
     styles = {name: _list_styles(manifest, source) for name, source in SCRIPT_SOURCES.items()}
     files = sorted(path for path in folder.rglob("*") if path.is_file() and ".vite" not in path.parts)
-    return Assets(scripts, imports, styles, files, folder)
+    return Assets(scripts, modules, styles, files, folder)
 
 
 def _read_manifest(folder: Path) -> dict[str, Any]:
@@ -142,13 +143,13 @@ def make_pages(
     - `licences`: the licences of the libraries in the scripts, as Markdown
     """
     has_docs = docs is not None
-    robot = make_planar_2r()
-    arm = json.dumps(make_arm_data(robot) | {"pose": HOME_CONFIGURATION}, ensure_ascii=False)
-    figure = draw_figure_svg(robot, pose=HOME_CONFIGURATION)
-    home = render("site/index.html.j2", course=course, has_docs=has_docs, arm=arm, figure=figure)
+    arm = make_planar_2r()
+    arm_json = json.dumps(make_arm_data(arm) | {"pose": HOME_PAGE_POSE}, ensure_ascii=False)
+    figure = draw_figure_svg(arm, pose=HOME_PAGE_POSE)
+    home = render("site/index.html.j2", course=course, has_docs=has_docs, arm=arm_json, figure=figure)
     yield Page("index.html", course or "qdot", home, section="home", kind="home")
     practice = render("site/practice.html.j2", has_docs=has_docs)
-    arms = {"plain": make_arm_data(robot) | {"pose": LESSON_CONFIGURATION}, "elbow": make_arm_data(make_scorbot_arm())}
+    arms = {"plain": make_arm_data(arm) | {"pose": LESSON_POSE}, "elbow": make_arm_data(make_scorbot_arm())}
     learn = render("site/learn.html.j2", arms=json.dumps(arms, ensure_ascii=False))
     yield Page("learn.html", "Learn", learn, script="learn", section="learn", kind="practice")
     yield Page("practice.html", "Practise", practice, script="practice", section="practice", kind="practice")
@@ -168,7 +169,7 @@ def make_pages(
 
 
 def _make_documentation_pages(docs: Path, command_reference: str) -> Iterator[Page]:
-    """Yield the overview of the documentation, and a page for each file in docs/."""
+    """Yield the overview of the documentation, and each page that it lists."""
     groups = arrange_pages(docs)
     overview_body = render("site/docs.html.j2", groups=groups, translate=translate_message)
     yield Page("docs/index.html", "Documentation", overview_body, section="docs", kind="wide")

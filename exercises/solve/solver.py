@@ -97,8 +97,9 @@ class Singularities:
     """The determinant and the components of the singular set, with remarks.
 
     - `determinant`, `components` and `redundant`: as in a Solution.
-    - `remark`: a remark on the set itself, for example that it is empty or was not derived.
-    - `test_remark`: a remark on the result of the numeric test.
+    - `remark`: a remark on the set itself, for example that it is empty or was not derived; after elimination, the
+      result of the numeric check.
+    - `test_remark`: a remark on the result of the numeric test of conditions from minors.
     - `lengths_remark`: a remark on conditions that can hold, or hold simultaneously, only for some lengths.
     - `missing_names`: the names of the results that have not been derived yet.
     """
@@ -175,7 +176,7 @@ def _solve_by_minors(chain: Chain) -> Iterator[str | PartialResult | Singulariti
     if all(minor.is_zero for minor in derivation.symbolic_minors):
         yield Singularities(determinant, None, ALWAYS_SINGULAR)
         return
-    yield PartialResult(partial(_render_partial_set, chain, has_only_minors=True), dict, (SINGULAR_SET,))
+    yield PartialResult(partial(_render_partial_set, chain, has_only_minors=True), dict, (SINGULAR_SET,))  # no data
     yield step
     find_singular_set(chain)  # its result is cached
     render_conditions = partial(_render_partial_set, chain, has_only_minors=False)
@@ -231,12 +232,12 @@ def _solve_by_elimination(chain: Chain) -> Iterator[str | PartialResult | Singul
 
 
 def _describe_numeric_check(chain: Chain, redundant: RedundantSingularities) -> str:
-    """Return a description of the numerical check's result, and of the lengths for which the singular set holds."""
+    """Return a description of the numerical check's result, and of the lengths for which the result is valid."""
     check = redundant.check
     assert check is not None
-    count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.full_rank_branches)
-    content = {"chain": chain, "redundant": redundant, "check": check, "count": count, "never_singular": NEVER_SINGULAR}
-    return _render_sentences("solve/check.md.j2", **content)
+    checked_count = sum(map(len, check.samples)) - sum(len(check.samples[k]) for k in check.full_rank_branches)
+    content = {"chain": chain, "redundant": redundant, "check": check, "checked_count": checked_count}
+    return _render_sentences("solve/check.md.j2", **content, never_singular=NEVER_SINGULAR)
 
 
 def _render_partial_set(chain: Chain, has_only_minors: bool) -> str:
@@ -349,7 +350,7 @@ Events = Iterator[str | PartialResult | ReadyResult]
 
 def generate_text_events(robot: Robot) -> Events:
     """Yield the events of a derivation in Markdown: the arm, then each section under its name, then remarks."""
-    yield "its transformations"
+    yield "the arm's transformations"
     chain = robot.chain
     wording, steps = Wording(chain), get_solution_steps(chain)
     description = _describe_arm(robot)
@@ -368,7 +369,8 @@ def generate_text_events(robot: Robot) -> Events:
 
 def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part], explained_terms: set[str]) -> Events:
     """Yield the events of the section on the singular set and of its numeric test."""
-    names = iter((SECTIONS[-1], "test"))  # names of results, in the order of the events
+    # The first Singularities is for the section on the set, the second (if any) for its numeric test.
+    names = iter((SECTIONS[-1], "test"))
     number = len(parts) + 1 + ARM_SECTION_COUNT
     for event in generate_singular_events(chain):
         if not isinstance(event, Singularities):
@@ -382,7 +384,7 @@ def _generate_singular_text_events(chain: Chain, robot: Robot, parts: list[Part]
             section = _render_singular_section(chain, robot, event, parts, explained_terms)
             blocks.append(section)
             number += 1 if section else 0
-            title_after_section = "Remarks" if event.components is None else "Numeric test"
+            title_after_section = "Remarks" if event.components is None else "Numeric test"  # of elimination
             title, remark = title_after_section if section else "Singular configurations", event.remark
         if remark:
             blocks.append(f"## {number}. {title}\n\n{remark}\n")

@@ -20,9 +20,10 @@ from qdot.exercises.writing import shortening
 
 @dataclass(frozen=True)
 class AngleNames:
-    r"""Names for angles whose cosines can't be written like c_{12}, because they contain a constant or a difference.
+    r"""Names for angles whose cosines can't be written like c_{12}.
 
-    `angle_by_name` has the angle for each name.
+    They contain a difference, or a constant that is not a multiple of 90 degrees. `angle_by_name` has
+    the angle for each name.
     """
 
     angle_by_name: Mapping[sp.Symbol, sp.Expr]
@@ -31,7 +32,7 @@ class AngleNames:
     def use_names(self, expression: sp.Expr | sp.Matrix) -> sp.Expr | sp.Matrix:
         """Return an expression or matrix with named angles in its sines and cosines, and with its sums factored.
 
-        The sine or cosine of an angle without a constant never becomes one of a named angle with a constant.
+        An angle is written with a name only if it is ±1 or ±2 times the named angle plus a multiple of 90 degrees.
         """
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.use_names)
@@ -43,9 +44,10 @@ class AngleNames:
         """Return a result shortened by sin^2 + cos^2 = 1, and by angle-sum identities if this shortens it."""
         if isinstance(expression, sp.MatrixBase):
             return expression.applyfunc(self.shorten)
-        return shortening.replace_squares(shortening.use_angle_sums(expression, self._has_notation))
+        return shortening.replace_squares(shortening.use_angle_sums(expression, self._can_be_abbreviated))
 
-    def _has_notation(self, angle: sp.Expr) -> bool:
+    def _can_be_abbreviated(self, angle: sp.Expr) -> bool:
+        """Return whether the cosine of an angle can be written like c_{12} or with a named angle."""
         return not needs_name(angle) or _express_by_name(angle, self.angle_by_name) is not None
 
     def _use_name(self, trig: sp.Expr) -> sp.Expr:
@@ -64,8 +66,8 @@ class AngleNames:
 def name_angles(angles: Iterable[sp.Expr], *matrices: sp.Matrix) -> AngleNames:
     r"""Return names for angles, in order, and then for other angles in the sines and cosines of `matrices`.
 
-    SymPy writes cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). If `angles` has the angle of a link, this angle gets the
-    name, because `angles` come first.
+    SymPy rewrites cos(theta1 - 2 pi/3) as -cos(theta1 + pi/3). Because `angles` come first, a link's own angle gets the
+    name, not SymPy's.
 
     >>> t1, (a1, phi) = sp.Symbol("theta1"), sp.symbols(r"a1 \varphi_{1}")
     >>> names = name_angles([t1 - 2 * sp.pi / 3])
@@ -115,7 +117,7 @@ def iterate_arm_angles(chain: Chain) -> Iterator[sp.Expr]:
 
 
 def list_link_angles(chain: Chain) -> list[sp.Expr]:
-    """Return each link's angle relative to the first of the parallel axes before the link.
+    """Return each link's angle, summed over the joints since the direction of the axes last changed.
 
     If all axes are parallel, this is the angle of x_i in the world frame. The constant of an angle is in (-pi, pi].
     """
@@ -144,6 +146,6 @@ def _reduce_constant(angle: sp.Expr) -> sp.Expr:
 
 
 def _make_first_joint_positive(angle: sp.Expr) -> sp.Expr:
-    """Return an angle or its negative, so that the first joint variable has a positive sign."""
+    """Return an angle or its negative, so that its first joint variable in alphabetical order has a positive sign."""
     first_joint = min(angle.free_symbols, key=lambda symbol: symbol.name, default=sp.S.One)
     return _reduce_constant(-angle) if angle.coeff(first_joint) == -1 else angle

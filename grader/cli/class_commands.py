@@ -25,7 +25,7 @@ from qdot.exercises.assignment.handout import (
 )
 from qdot.exercises.assignment.release import ReleaseResult, is_released, make_notebook_path, release_notebooks
 from qdot.exercises.common.console import check_choice, note, print_result, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, list_first
+from qdot.exercises.common.errors import QdotError, count_noun, write_first
 from qdot.exercises.common.extras import find_qdot_version
 from qdot.exercises.common.files import write_atomically
 from qdot.exercises.common.input_file import read_toml
@@ -103,7 +103,7 @@ def generate(
     for message in (*messages, *describe_shared_answers(released_assignment)):
         note(message)
     if former_students := find_former_students(released_assignment):
-        names = list_first(former_students, 3)
+        names = write_first(former_students, 3)
         note(f"do not distribute the notebooks of students not on the roster ({names}), in {folder / 'released'}")
     raise_failed_slots(released_assignment, failed_slots)
 

@@ -11,7 +11,7 @@ import typer
 
 from qdot.exercises.assignment.assignment import Assignment, load_assignment
 from qdot.exercises.common.console import note, print_result, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, list_first
+from qdot.exercises.common.errors import QdotError, count_noun, write_first
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.grader.cli.options import FolderArgument, JobsOption, SecondsOption
 from qdot.grader.grading import batch
@@ -189,7 +189,7 @@ def _check_nobody_missing(
     if missing_ids:
         students = f"{len(missing_ids)} of {count_noun(len(ids), 'student')} graded in the last run"
         raise QdotError(
-            f"{source}: submissions of {students} are missing: {list_first(missing_ids, 5)}; put all submissions into "
+            f"{source}: submissions of {students} are missing: {write_first(missing_ids, 5)}; put all submissions into "
             "one folder or zip, or add --allow-missing to remove these marks"
         )
 
@@ -221,11 +221,11 @@ def _check_graded(results: list[Result]) -> None:
     over_limit_ids = [result.student for result in results if find_work_status(result) == "over limit"]
     if over_limit_ids:
         advice = "the feedback says which limit, and you can set points in overrides.csv"
-        note(f"no mark, because the submission exceeds a limit: {list_first(over_limit_ids, 5)}; {advice}")
+        note(f"no mark, because the submission exceeds a limit: {write_first(over_limit_ids, 5)}; {advice}")
     unmarked_ids = [result.student for result in results if find_work_status(result) == "to mark"]
     if unmarked_ids:
         advice = f"graded/{TO_MARK_FILE} lists them; enter points there, and copy the lines into overrides.csv"
-        note(f"answers in words have no points yet: {list_first(unmarked_ids, 5)}; {advice}")
+        note(f"answers in words have no points yet: {write_first(unmarked_ids, 5)}; {advice}")
     if any(find_work_status(result) == "ungraded" for result in results):
         reasons = "feedback and grades.csv call them 'ungraded' and give the reason"
         raise QdotError(f"qdot failed on some answers, which have no mark; {reasons}. Please report it")

@@ -13,7 +13,7 @@ from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.assignment.certified_problems import FailedSlot, raise_failed_slots
 from qdot.exercises.assignment.release import ReleaseResult, release_notebooks
 from qdot.exercises.common.console import note, print_result, show_progress
-from qdot.exercises.common.errors import QdotError, count_noun, list_first, make_name_error
+from qdot.exercises.common.errors import QdotError, count_noun, make_name_error, write_first
 from qdot.exercises.common.extras import require_extra
 from qdot.exercises.common.parallel import CORE_COUNT
 from qdot.exercises.site.pages import find_assets
@@ -200,7 +200,7 @@ def links(
 
 
 def _list_people(people: "list[Person]") -> str:
-    return list_first([person.student_id for person in people], 5)
+    return write_first([person.student_id for person in people], 5)
 
 
 CourseOption = Annotated[

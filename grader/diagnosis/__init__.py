@@ -4,7 +4,7 @@ The package imports judging. Its modules:
 
     diagnosis                   name the mistake behind a wrong answer
     set_mistakes                find the mistake behind a set of singular configurations, or the wrong pieces of the set
-    wrong_answer                evaluate a wrong answer and its reference, for all explanations
+    evaluated_answer            evaluate a wrong answer and its reference, for all explanations
     formula_mistakes, rounding  find mistakes in the finished formulas; recognise answers with only rounding errors
     term_comparison             compare an answer with its reference term by term
     numbers, residuals          compare the values of an answer; find the links that an answer lacks

@@ -24,8 +24,8 @@ from qdot.exercises.mistakes.configurations import SymbolValues, sample_configur
 from qdot.exercises.problem.problem import Part, Problem
 from qdot.exercises.questions.results import compute_answer, is_derived_step_by_step, solves_equations
 from qdot.exercises.reference_answers import ConditionSet
+from qdot.grader.diagnosis.evaluated_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.diagnosis.numbers import normalize
-from qdot.grader.diagnosis.wrong_answer import THREE_DIGITS_TOLERANCE
 from qdot.grader.judging.answer_parser import ParsedAnswer, assign_values_to_joint
 from qdot.grader.judging.verdict import Diagnosis, name_entry
 

@@ -36,6 +36,7 @@ from qdot.exercises.questions.results import is_made_of_jacobian, is_product
 from qdot.exercises.short_questions import question_of
 from qdot.exercises.short_questions.option_mistakes import explain_options
 from qdot.exercises.writing.problem_texts import write_answer_code
+from qdot.grader.diagnosis.evaluated_answer import EvaluatedAnswer, evaluate_answer, transpose
 from qdot.grader.diagnosis.formula_mistakes import (
     SURPLUS_BY_MISSING,
     describe_terms,
@@ -47,7 +48,6 @@ from qdot.grader.diagnosis.residuals import explain_missing_links
 from qdot.grader.diagnosis.rounding import explain_rounded_function, explain_rounding
 from qdot.grader.diagnosis.set_mistakes import explain_set, find_mistake_by_judging, name_alternatives
 from qdot.grader.diagnosis.term_comparison import TermComparison, compare_terms
-from qdot.grader.diagnosis.wrong_answer import WrongAnswer, evaluate_answer, transpose
 from qdot.grader.judging.answer_parser import ParsedAnswer
 from qdot.grader.judging.verdict import Diagnosis, locate_mistake
 
@@ -205,7 +205,7 @@ def compare_wrong_terms(problem: Problem, part: Part, parsed_answer: ParsedAnswe
     return None if has_exchanged_entries else _compare_terms(wrong_answer)
 
 
-def _compare_terms(answer: WrongAnswer) -> TermComparison | None:
+def _compare_terms(answer: EvaluatedAnswer) -> TermComparison | None:
     """Compare the terms with each form of the correct answer (`_list_correct_forms`); return the closest comparison.
 
     Return None if the terms can't be compared.
@@ -247,7 +247,7 @@ def _explain_option(problem: Problem, part: Part, parsed_answer: ParsedAnswer, s
     return None
 
 
-def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMistake]) -> Diagnosis | None:
+def _explain_values(answer: EvaluatedAnswer, earlier_mistakes: Sequence[EarlierMistake]) -> Diagnosis | None:
     """Return the mistake that gives the values of an answer, or None.
 
     If several mistakes give the values, a mistake that was found in an earlier part is named, or otherwise the
@@ -290,7 +290,7 @@ def _explain_values(answer: WrongAnswer, earlier_mistakes: Sequence[EarlierMista
     )
 
 
-def _find_last_step_mistake(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
+def _find_last_step_mistake(answer: EvaluatedAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis | None:
     """Return a mistake in the last steps of an answer to an instructor's question, if likelier than the predictions.
 
     Most of these questions ask for more than a quantity of the arm. Then a wrong sign or number in the last steps is
@@ -310,7 +310,7 @@ def _find_last_step_mistake(answer: WrongAnswer, predictions: Sequence[Predicted
     return None
 
 
-def _explain_terms(answer: WrongAnswer) -> Diagnosis | None:
+def _explain_terms(answer: EvaluatedAnswer) -> Diagnosis | None:
     """Return the diagnosis of signs, sines for cosines or a number that are wrong in some terms, or None.
 
     Signs and sines together are named only in an instructor's formula, because a mistake in the derivation of an arm's
@@ -325,7 +325,7 @@ def _explain_terms(answer: WrongAnswer) -> Diagnosis | None:
     return describe_terms(comparison, answer.correct_values.shape)
 
 
-def _explain_missing_division(answer: WrongAnswer) -> Diagnosis | None:
+def _explain_missing_division(answer: EvaluatedAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer lacks the division by -det J, or None.
 
     The denominator of a solution may be -det J, but the catalogue's mistake is that the division by det J is missing.
@@ -342,7 +342,7 @@ def _has_values(prediction: PredictedAnswer, numeric_answer: NumericAnswer) -> b
     return numeric_answer.equals(prediction.answer) and is_distinctive(prediction.answer)
 
 
-def _explains(prediction: PredictedAnswer, answer: WrongAnswer) -> bool:
+def _explains(prediction: PredictedAnswer, answer: EvaluatedAnswer) -> bool:
     """Return whether a predicted answer equals a wrong answer; zeros alone don't identify a mistake in a formula."""
     if not _has_values(prediction, answer.numeric):
         return False
@@ -374,7 +374,7 @@ def _name_inherited(prediction: PredictedAnswer, cause: EarlierMistake) -> Diagn
     return Diagnosis((), message, inherited=cause.part, signature=(signature,))
 
 
-def _name_likeliest(answer: WrongAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis:
+def _name_likeliest(answer: EvaluatedAnswer, predictions: Sequence[PredictedAnswer]) -> Diagnosis:
     """Return the most frequent of the fitting mistakes, or the first two if several are equally frequent.
 
     If a single mistake in the finished formulas is likelier, return that mistake instead.
@@ -409,7 +409,7 @@ def _name_predictions(predictions: Sequence[PredictedAnswer]) -> Diagnosis:
     return name_alternatives([(item.mistake, item.variant.words, _write_message(item)) for item in predictions])
 
 
-def _find_likelier_mistake(answer: WrongAnswer, prediction: PredictedAnswer, frequency: float) -> Diagnosis | None:
+def _find_likelier_mistake(answer: EvaluatedAnswer, prediction: PredictedAnswer, frequency: float) -> Diagnosis | None:
     """Return a single mistake in the finished formulas that is likelier than the predicted mistake, or None.
 
     `frequency` is the frequency of the predicted mistake and of others that give the same answer.
@@ -440,7 +440,7 @@ def _write_message(prediction: PredictedAnswer) -> str:
     return sentence + separator + chapter_reference
 
 
-def _explain_formulas(answer: WrongAnswer, tries_any_number: bool = False) -> Diagnosis | None:
+def _explain_formulas(answer: EvaluatedAnswer, tries_any_number: bool = False) -> Diagnosis | None:
     """Return the mistake in the finished formulas, or None.
 
     The mistake is looked for in the formulas of the worked solution and in those with which answers are compared. A
@@ -461,7 +461,7 @@ def _find_shape(rows: Rows) -> tuple[int, int]:
     return len(rows), len(rows[0])
 
 
-def _list_correct_forms(answer: WrongAnswer) -> Iterator[Rows]:
+def _list_correct_forms(answer: EvaluatedAnswer) -> Iterator[Rows]:
     """Yield the formulas of the correct answer as in the worked solution, and then as used for comparison.
 
     If an instructor's question asks for a number, the formulas are those from which the number is computed; long

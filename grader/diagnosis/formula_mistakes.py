@@ -30,9 +30,9 @@ from qdot.exercises.mistakes import formula_edits
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.mistakes.catalogue import CATALOGUE
 from qdot.exercises.mistakes.configurations import SymbolValues
+from qdot.grader.diagnosis.evaluated_answer import EvaluatedAnswer
 from qdot.grader.diagnosis.numbers import NumericAnswer, is_distinctive
 from qdot.grader.diagnosis.term_comparison import TermComparison, evaluate_formulas
-from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 MAX_ENTRIES = 8
@@ -68,7 +68,7 @@ EntryIndex = tuple[int, int]
 """The row and the column of an entry, from 0."""
 
 
-def explain_formulas(answer: WrongAnswer, reference: Rows, tries_any_number: bool = False) -> Diagnosis | None:
+def explain_formulas(answer: EvaluatedAnswer, reference: Rows, tries_any_number: bool = False) -> Diagnosis | None:
     """Return the mistake in the finished formulas of an answer; `reference` has the formulas of the correct answer.
 
     The search looks for one mistake in each wrong entry. If `tries_any_number`, a number or an angle may also be wrong
@@ -173,7 +173,7 @@ def _identify_entries(entry_indices: Sequence[EntryIndex], shape: tuple[int, ...
     return f"In {', '.join(other_entries)}, and {last_entry}," if other_entries else f"In {last_entry},"
 
 
-def find_exchange(answer: WrongAnswer) -> Diagnosis | None:
+def find_exchange(answer: EvaluatedAnswer) -> Diagnosis | None:
     """Return the diagnosis that the only two wrong entries were exchanged, or None."""
     entry_indices = answer.list_wrong_entries()
     if len(entry_indices) != 2:
@@ -186,7 +186,7 @@ def find_exchange(answer: WrongAnswer) -> Diagnosis | None:
     return None
 
 
-def _find_mistake_everywhere(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
+def _find_mistake_everywhere(answer: EvaluatedAnswer, reference: Rows) -> Diagnosis | None:
     """Return the mistake that, made everywhere in the reference, gives the answer; None if there is none.
 
     If the formulas are long, fewer mistakes are tried.
@@ -200,7 +200,7 @@ def _find_mistake_everywhere(answer: WrongAnswer, reference: Rows) -> Diagnosis 
     return None
 
 
-def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
+def _find_number_for_symbol(answer: EvaluatedAnswer, reference: Rows) -> Diagnosis | None:
     """Return the diagnosis that an answer is right except for a number in place of a symbol such as g, or None.
 
     A number in the place of a length may be a length of another student's arm.
@@ -225,7 +225,7 @@ def _find_number_for_symbol(answer: WrongAnswer, reference: Rows) -> Diagnosis |
     return None
 
 
-def _find_other_lengths(answer: WrongAnswer, reference: Rows) -> Diagnosis | None:
+def _find_other_lengths(answer: EvaluatedAnswer, reference: Rows) -> Diagnosis | None:
     """Return the diagnosis that an answer would be correct for an arm with other lengths, or None.
 
     The answer must have lengths that are not the arm's in at least two places. The answer's lengths are replaced by the
@@ -268,7 +268,7 @@ def _find_lengths(node: Node) -> Iterator[Node]:
 
 
 def _find_mistakes_in_entries(
-    answer: WrongAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], tries_any_number: bool
+    answer: EvaluatedAnswer, reference: Rows, wrong_entries: Sequence[EntryIndex], tries_any_number: bool
 ) -> Diagnosis | None:
     """Return the mistakes that were made in the wrong entries.
 

@@ -13,15 +13,15 @@ import numpy as np
 from qdot.exercises.derivation.graph import StageResults, list_links_to_point
 from qdot.exercises.mistakes.base import join_words
 from qdot.exercises.short_questions import question_of
+from qdot.grader.diagnosis.evaluated_answer import EvaluatedAnswer
 from qdot.grader.diagnosis.numbers import RELATIVE_TOLERANCE
-from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 MAX_LINKS = 8
 """Only sums of fewer links than this are tried, because the number of sums doubles with each link."""
 
 
-def explain_missing_links(answer: WrongAnswer) -> Diagnosis | None:
+def explain_missing_links(answer: EvaluatedAnswer) -> Diagnosis | None:
     """Return the diagnosis that an answer of the expected shape lacks the contributions of some links, or None."""
     stages, correct_values, question = answer.correct_stages, answer.correct_values, question_of(answer.part)
     rows_with_axes, residual = question.find_link_sum_rows(stages.chain), correct_values - answer.numeric.values

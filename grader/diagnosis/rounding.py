@@ -7,8 +7,8 @@ import numpy as np
 
 from qdot.exercises.formula.trees import Node, count_decimal_digits
 from qdot.exercises.problem.problem import Part
+from qdot.grader.diagnosis.evaluated_answer import EvaluatedAnswer
 from qdot.grader.diagnosis.numbers import NumericAnswer, Tolerances
-from qdot.grader.diagnosis.wrong_answer import WrongAnswer
 from qdot.grader.judging.verdict import Diagnosis
 
 CONSTANT_TOLERANCE = 2e-3
@@ -26,7 +26,7 @@ MIN_DIGITS = 2
 """Minimum number of digits that identify a number. A number with only one digit may be right by chance."""
 
 
-def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diagnosis | None:
+def explain_rounding(wrong_answer: EvaluatedAnswer, entries: Sequence[Node]) -> Diagnosis | None:
     """Return the diagnosis that an answer is correct except for rounding, or None.
 
     This is not a mistake of the catalogue. `entries` are the formulas as typed.
@@ -53,7 +53,7 @@ def explain_rounding(wrong_answer: WrongAnswer, entries: Sequence[Node]) -> Diag
     return Diagnosis((), EXACT_VALUES_ADVICE if part.rounding is None else advice)
 
 
-def explain_rounded_function(wrong_answer: WrongAnswer) -> Diagnosis | None:
+def explain_rounded_function(wrong_answer: EvaluatedAnswer) -> Diagnosis | None:
     """Return the diagnosis that a function is correct except for rounding, or None."""
     answer, correct_values = wrong_answer.numeric, wrong_answer.correct_values
     if not wrong_answer.has_expected_shape or answer.is_direction:

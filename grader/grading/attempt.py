@@ -164,7 +164,7 @@ def grade_attempt(grader: Grader, student: str, submission: Submission | None) -
     # What follows from a wrong answer to another student's problem earns no points.
     belongs_to_another = submission is not None and submission.qdot_metadata.get("student") not in (None, student)
     follow_through_share = Fraction(0) if belongs_to_another else assignment.follow_through
-    mark_problem = partial(mark, secret=assignment.secret, functions_seed=seed, allowance=TimeBudgets())
+    mark_problem = partial(mark, secret=assignment.secret, functions_seed=seed, budgets=TimeBudgets())
     results = list[ProblemResult]()
     for slot, problem in problems:
         reasons = {part.name: ungraded_reason or answers.explain_missing(slot, part.name) for part in problem.parts}

@@ -13,7 +13,7 @@ from pathlib import Path, PurePath
 
 from qdot.exercises.assignment.assignment import SECRET_FILE, SECRET_VARIABLE, Assignment, load_assignment
 from qdot.exercises.assignment.release import make_notebook_path
-from qdot.exercises.common.errors import QdotError, count_noun, list_first
+from qdot.exercises.common.errors import QdotError, count_noun, write_first
 from qdot.grader.grading.certify import find_former_students
 from qdot.grader.submissions.layouts import list_nested_folders
 from qdot.grader.submissions.submission import StudentFiles, Submission, SubmissionFolder, read_submission
@@ -71,7 +71,7 @@ def check_class(
     owners = {student: owner for student, owner in _map_claims(sample, "student").items() if owner != student}
     if len(owners) > 1 and 2 * len(owners) > len(sample):
         pairs = [f"{student} has the notebook of {owner}" for student, owner in owners.items()]
-        listing = list_first(pairs, MAX_NAMES_LISTED)
+        listing = write_first(pairs, MAX_NAMES_LISTED)
         obstacle = f"{len(owners)} of {len(sample)} notebooks are in folders or under names of other students"
         advice = "Is this the right class? If notebooks were mixed up, move each one back to its own student"
         if all(_normalize(student) == _normalize(owner) for student, owner in owners.items()):
@@ -136,7 +136,7 @@ def _advise_restoring(respelled_ids: Mapping[str, str]) -> str:
     """Return the advice to undo changes of identifiers; `respelled_ids` maps present to original identifiers."""
     pairs = [f"{new_name} → {old_name}" for new_name, old_name in respelled_ids.items()]
     remedy = "Write the identifiers into roster.csv as they were when the notebooks were generated"
-    return f"{SPREADSHEET_HINT} {remedy}: {list_first(pairs, MAX_NAMES_LISTED)}."
+    return f"{SPREADSHEET_HINT} {remedy}: {write_first(pairs, MAX_NAMES_LISTED)}."
 
 
 def read_sample(
@@ -161,4 +161,4 @@ def _normalize(identifier: str) -> str:
 
 def _list_names(names: Sequence[str]) -> str:
     """Return the first few names, in quotes."""
-    return list_first(list(map(repr, names)), MAX_NAMES_LISTED)
+    return write_first(list(map(repr, names)), MAX_NAMES_LISTED)

@@ -12,7 +12,7 @@ from functools import partial
 
 from qdot.exercises.assignment.assignment import Assignment, Student
 from qdot.exercises.assignment.late_rule import add_time_zone
-from qdot.exercises.common.errors import list_first
+from qdot.exercises.common.errors import write_first
 from qdot.grader.grading.attempt import describe_error, mark_ungraded
 from qdot.grader.grading.overrides import NO_OVERRIDES, TOTAL_PART, Overrides
 from qdot.grader.grading.result import (
@@ -72,7 +72,7 @@ def compute_final_result(
             tie_remark = (
                 f". The last {tied_count} were received at the same time; qdot chose the one with the likeliest name"
             )
-    listing = list_first(other_files, MAX_FILES_LISTED)
+    listing = write_first(other_files, MAX_FILES_LISTED)
     note = f"{len(notebooks)} notebooks were submitted; {notebooks[chosen_index].file}{choice_words} counts, "
     note += f"and {listing} {'does' if len(other_files) == 1 else 'do'} not{tie_remark}"
     if assignment.attempt_policy.best_of is not None and len(results) < len(notebooks):

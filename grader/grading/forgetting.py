@@ -37,7 +37,7 @@ MAX_SEARCHED_SIZE = 200_000_000
 class ForgettingPlan:
     """The planned changes to an assignment's folder: the paths to remove, and the new contents of tables.
 
-    `mentions` are pairs of another file that names the student or can't be searched, and advice on this file.
+    `mentions` lists other files that name the student or can't be searched, each with advice.
     """
 
     folder: Path
@@ -90,9 +90,7 @@ def plan_forgetting(folder: Path, name: str, is_optional: bool = False) -> list[
     plans = [plan for path, roster in rosters.items() if (plan := _plan_for_assignment(path, roster, student))]
     if not plans and not is_optional:
         identifiers = sorted({student.id for roster in rosters.values() for student in roster})
-        raise QdotError(
-            f"{folder} contains nothing about this student: {make_name_error('student', name, identifiers[:50])}"
-        )
+        raise QdotError(f"{folder}: {make_name_error('student', name, identifiers[:50])}")
     return plans
 
 
@@ -131,7 +129,7 @@ def _plan_for_assignment(folder: Path, roster: Sequence[Student], student: Stude
     new_contents = dict(_shorten_tables(folder, student.id))
     if not removed_paths and not new_contents:
         return None
-    # Files in the cache don't name their student, so the whole cache is removed. qdot can make all of this again.
+    # These are about the whole class, or don't say about whom (the cache); qdot can make them again.
     names = ("graded/.cache", "graded/report.html", "handout", "returned")
     removed_paths += [path for name in names if (path := folder / name).exists()]
     contained_paths = {path for parent in removed_paths if parent.is_dir() for path in parent.rglob("*")}
@@ -187,7 +185,7 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
     b'student;name\r\n8;Bo\r\n'
     """
     encodings = {b"\xff\xfe": "utf-16-le", b"\xfe\xff": "utf-16-be"}
-    encoding = encodings.get(content[:2], "latin-1")  # works for UTF-8, whose other characters have no newline bytes
+    encoding = encodings.get(content[:2], "latin-1")  # keeps all bytes; in UTF-8, newline bytes occur only in newlines
     lines = re.findall(r"[^\r\n]*(?:\r\n|\r|\n)|[^\r\n]+$", content.decode(encoding))
     row_starts: list[int] = []
     for _ in parse_csv_rows("\n".join(line.rstrip("\r\n") for line in lines), row_starts):
@@ -200,7 +198,7 @@ def remove_table_rows(content: bytes, line_numbers: set[int]) -> bytes:
 
 
 def _find_mentions(folder: Path, student: Student, handled_paths: set[Path]) -> Iterator[tuple[str, str]]:
-    """Yield pairs of another file that names a student or can't be searched, and advice on what to do with it."""
+    """Yield each other file that names a student or can't be searched, with advice on what to do with it."""
     names = [student.email, student.name]
     if not re.fullmatch(r"\d{0,4}|..?", student.id):  # a short identifier occurs in many files by chance
         names.append(student.id)

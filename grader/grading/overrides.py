@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.common.console import escape_controls
-from qdot.exercises.common.errors import QdotError, find_most_similar, list_first, make_name_error
+from qdot.exercises.common.errors import QdotError, find_most_similar, make_name_error, write_first
 from qdot.exercises.common.input_file import read_table
 from qdot.grader.diagnosis.groups import KEY_LENGTH, KEY_LETTERS, format_group_key
 from qdot.grader.grading.result import Override
@@ -132,7 +132,7 @@ def describe_unused_groups(assignment: Assignment, overrides: Overrides, class_g
         part_groups = [key for key in class_groups if key.split("/")[0] == part]
         similar_letters = find_most_similar(letters, [key.split("/")[1] for key in part_groups])
         hint = f" (did you mean {format_group_key(part, similar_letters)!r}?)" if similar_letters else ""
-        listing = f"groups of {part}: {list_first(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
+        listing = f"groups of {part}: {write_first(part_groups, MAX_GROUPS_LISTED)}; `qdot report` shows all groups"
         known_groups = listing if part_groups else f"no answer to {part} is in a group"
         warning = f"the group {group!r}{hint} has no answers in this class, so its line has no effect yet"
         notes.append(f"{assignment.folder / OVERRIDES_FILE}: {warning}; {known_groups}")

@@ -16,7 +16,7 @@ from qdot.exercises.exports.items import list_entry_labels, write_question_alone
 from qdot.exercises.exports.platform_markup import write_line_html
 from qdot.exercises.exports.prairielearn import BANK_FILE, list_input_names
 from qdot.exercises.figure.arm_figure import draw_figure_svg, draw_part_svg
-from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.base import add_chapter_to_citation
 from qdot.exercises.notebook.notebook import draw_singular_configurations
 from qdot.exercises.problem.problem import ENGINE, Part, Problem
 from qdot.exercises.reference_answers import LETTERS, TRUE_FALSE
@@ -100,7 +100,7 @@ def grade(data: PrairieLearnData, folder: str, slot: str) -> None:
         sentence, advice = _OUTCOME_SENTENCES[verdict.judgement.outcome], ""
         if shows_mistakes:
             sentence = _describe_outcome(problem, verdict)
-            advice = "" if verdict.diagnosis is None else add_chapter_to_reference(verdict.diagnosis.feedback)
+            advice = "" if verdict.diagnosis is None else add_chapter_to_citation(verdict.diagnosis.feedback)
         data["feedback"][part.name] = {"said": sentence, "advice": advice}
     earned = sum(verdict.points or 0.0 for verdict in verdicts)
     data["score"] = min(1.0, earned / problem.max_points)

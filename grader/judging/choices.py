@@ -16,7 +16,7 @@ from qdot.grader.judging.answer_parser import BLANK_JUDGEMENT, ParsedAnswer, ref
 from qdot.grader.judging.verdict import Judgement, make_correct_judgement, make_partial_judgement, make_wrong_judgement
 
 BLANK_TEXTS = ("", "blank", "ellipsis")
-"""Texts that mean no answer, in lower case."""
+"""Texts that mean no answer, in lower case; "Ellipsis" is the text of Python's `...`."""
 UNSET_VALUE = "None"
 """The text of a variable that was never set."""
 
@@ -31,15 +31,15 @@ MIN_PARTIAL_LENGTH = 4
 
 
 def is_blank_text(text: str) -> bool:
-    """Return whether a text is no answer: empty, "blank", or "None", the text of an unset variable.
+    """Return whether a text is no answer: empty, "blank", "Ellipsis", or "None", the text of an unset variable.
 
     The text "none" is an answer.
 
     >>> is_blank_text("None"), is_blank_text("( blank )"), is_blank_text("none")
     (True, True, False)
     """
-    words = text.strip("\"'()[]{}. \t\r\n")
-    return words == UNSET_VALUE or words.casefold() in BLANK_TEXTS or not _strip_label(text)
+    inner_text = text.strip("\"'()[]{}. \t\r\n")
+    return inner_text == UNSET_VALUE or inner_text.casefold() in BLANK_TEXTS or not _strip_label(text)
 
 
 def read_choice(text: str, options: Sequence[str]) -> ParsedAnswer:
@@ -65,7 +65,7 @@ def read_matching(text: str, items: Sequence[str], option_count: int) -> ParsedA
     is_complete = option_indices is not None and len(option_indices) == len(items)
     expected_form = f"{len(items)} letters ({letters}), one for each item from {items[0]} to {items[-1]}"
     parsed = _make_parsed_answer(text, option_indices if is_complete else None, f"must have exactly {expected_form}")
-    # The diagnosis also explains the letters of an answer that is refused because it is incomplete.
+    # An incomplete answer is refused, but keeps its letters for the diagnosis.
     return parsed if parsed.refusal == BLANK_JUDGEMENT else replace(parsed, chosen_indices=tuple(option_indices or ()))
 
 
@@ -100,11 +100,11 @@ def parse_letters(text: str, option_count: int) -> list[int] | None:
 def _normalize(text: str) -> str:
     """Return a text in lower case, with full-width letters replaced by ordinary ones and without invisible characters.
 
-    A text longer than any option is truncated, and a special character at its end ensures that it matches no option.
+    A text longer than MAX_LENGTH is truncated, and a special character at its end ensures that it matches no option.
     """
-    words = " ".join(text.split())
-    characters = "".join(character for character in words[:MAX_LENGTH] if unicodedata.category(character) != "Cf")
-    ending = "\N{REPLACEMENT CHARACTER}" if len(words) > MAX_LENGTH else ""
+    spaced_text = " ".join(text.split())
+    characters = "".join(character for character in spaced_text[:MAX_LENGTH] if unicodedata.category(character) != "Cf")
+    ending = "\N{REPLACEMENT CHARACTER}" if len(spaced_text) > MAX_LENGTH else ""
     return unicodedata.normalize("NFKC", characters + ending).casefold()
 
 
@@ -127,18 +127,18 @@ def find_option_index(text: str, options: Sequence[str]) -> int | None:
     if exact_matches := [index for index, option in enumerate(options) if typed_choice == _strip_label(option)]:
         return exact_matches[0]
     letter_match = re.match(r"([a-h])\s*[.):]", typed_choice)  # a letter before the text of the option
-    choice = typed_choice if letter_match is None else letter_match.group(1)
+    letter_or_text = typed_choice if letter_match is None else letter_match.group(1)
     letters = LETTERS[: len(options)].casefold()
-    if len(choice) == 1 and choice in letters:
-        return letters.index(choice)
-    partial_matches = [index for index, option in enumerate(options) if choice in option.casefold()]
-    return partial_matches[0] if len(choice) >= MIN_PARTIAL_LENGTH and len(partial_matches) == 1 else None
+    if len(letter_or_text) == 1 and letter_or_text in letters:
+        return letters.index(letter_or_text)
+    partial_matches = [index for index, option in enumerate(options) if letter_or_text in option.casefold()]
+    return partial_matches[0] if len(letter_or_text) >= MIN_PARTIAL_LENGTH and len(partial_matches) == 1 else None
 
 
 # --- judging ---
 
 
-_CERTIFICATE = Certificate("exact", 1, 0.0)
+_CERTIFICATE = Certificate("exact", points=1, bound=0.0)
 """The certificate of every comparison of letters; these comparisons are exact."""
 
 
@@ -154,8 +154,8 @@ def judge_choice(parsed: ParsedAnswer, options: Sequence[str], correct_index: in
 def judge_selection(parsed: ParsedAnswer, option_count: int, correct_indices: Sequence[int]) -> Judgement:
     """Judge a choice of letters.
 
-    Each correct letter earns an equal share of the points. Each wrong letter costs an equal share of the points, but
-    the result is never negative.
+    With r correct and w wrong options, a correct letter earns 1/r of the points and a wrong letter costs 1/w. The
+    result is never negative.
     """
     right_count = len(set(parsed.chosen_indices) & set(correct_indices))
     wrong_count = len(set(parsed.chosen_indices) - set(correct_indices))

@@ -189,7 +189,7 @@ def judge_numbers(
     if all(is_correct):
         floor_texts = dict.fromkeys(f"{floor:g} {unit}".strip() for floor, unit in zip(floors, units, strict=True))
         max_error = f"{100 * tolerance:g} %" if tolerance else ", ".join(floor_texts)
-        judgement = make_correct_judgement(Certificate("numeric", 1, 0.0), f"right to {max_error}")
+        judgement = make_correct_judgement(Certificate("numeric", points=1, bound=0.0), f"right to {max_error}")
     else:
         wrong_index = is_correct.index(False)
         is_zero = [abs(value) <= floor for value, floor in zip(reference, floors, strict=True)]
@@ -209,7 +209,8 @@ def judge_numbers(
             differences = [_describe_blanks(is_blank, "number", "numbers"), difference]
         reason = "; ".join(filter(None, [count_words, *differences]))
         share = compute_share_of_entries(is_correct, is_zero, is_blank)
-        judgement = make_partial_judgement(float(share), reason, Certificate("numeric", 1, 0.0, example))
+        certificate = Certificate("numeric", points=1, bound=0.0, counterexample=example)
+        judgement = make_partial_judgement(float(share), reason, certificate)
     return replace(judgement, entries=tuple((is_right,) for is_right in is_correct))
 
 
@@ -304,13 +305,13 @@ def _judge_numeric_direction(parsed: ParsedAnswer, reference: Sequence[Node], to
     expected_unit_vector = expected_unit_vector * (1.0 if float(unit_vector @ expected_unit_vector) >= 0 else -1.0)
     differences = np.abs(unit_vector - expected_unit_vector)
     if float(np.linalg.norm(differences)) <= tolerance:
-        return make_correct_judgement(Certificate("numeric", 1, 0.0))
+        return make_correct_judgement(Certificate("numeric", points=1, bound=0.0))
     entry = int(differences.argmax())
     values_of_both = float(f"{unit_vector[entry]:.6g}"), float(f"{expected_unit_vector[entry]:.{SHOWN_DIGITS}g}")
     example = EntryDifference(entry, {}, *values_of_both)
     difference = f"scaled to length 1, entry {entry + 1}{_describe_both_values(example)}"
     reason = f"your vector does not have the right direction: {difference}"
-    return make_wrong_judgement(reason, Certificate("numeric", 1, 0.0, example))
+    return make_wrong_judgement(reason, Certificate("numeric", points=1, bound=0.0, counterexample=example))
 
 
 SINGULAR_CONFIGURATION, CONFIGURATION, ANGLE = "a singular configuration", "a configuration", "an angle"

@@ -65,13 +65,13 @@ ZERO_TOLERANCE = 1e-12
 class FollowThrough:
     """The judgement on an answer, compared with what follows from a wrong answer to the part `earlier_part`.
 
-    `part_without_attempt` is an earlier part whose answer was used but is not a real attempt at this arm; None if there
+    `non_attempt_part` is an earlier part whose answer was used but is not a real attempt at this arm; None if there
     is none.
     """
 
     judgement: Judgement
     earlier_part: str
-    part_without_attempt: str | None = None
+    non_attempt_part: str | None = None
 
 
 RowsByPart = Mapping[str, Rows]
@@ -120,9 +120,9 @@ def find_follow_through(
         derived_answer = context.derive(part, sources.rows_by_part)
         judgement = None if derived_answer is None else context.judge(part, derived_answer, answer)
         if judgement is not None and judgement.share > 0:
-            part_without_attempt = next((name for name in sources.wrong_parts if name not in attempt_parts), None)
-            results.append(FollowThrough(judgement, sources.wrong_parts[0], part_without_attempt))
-    return max(results, key=lambda result: (result.part_without_attempt is None, result.judgement.share), default=None)
+            non_attempt_part = next((name for name in sources.wrong_parts if name not in attempt_parts), None)
+            results.append(FollowThrough(judgement, sources.wrong_parts[0], non_attempt_part))
+    return max(results, key=lambda result: (result.non_attempt_part is None, result.judgement.share), default=None)
 
 
 @dataclass(frozen=True)

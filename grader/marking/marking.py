@@ -38,7 +38,7 @@ WRONG_OR_PARTIAL = (Outcome.WRONG, Outcome.PARTIAL)
 
 @dataclass(frozen=True)
 class MarkingRules:
-    """The rules for follow-through, which depend on the assignment and its class.
+    """The rules for follow-through and partial credit, which depend on the assignment and its class.
 
     `follow_through_share` is the share of its points that a part earns if it follows from a wrong earlier answer.
     `is_copied` is a function that returns whether an answer is correct for another student's problem.
@@ -52,7 +52,7 @@ class MarkingRules:
 def mark(
     problem: Problem, answers: Mapping[str, str], reasons: Mapping[str, str] | None = None, *,
     secret: str | None = None, functions_seed: str = "", rules: MarkingRules = MarkingRules(),
-    allowance: TimeBudgets | None = None,
+    budgets: TimeBudgets | None = None,
 ) -> list[Verdict]:  # fmt: skip
     """Return a verdict for each part of a problem.
 
@@ -61,8 +61,8 @@ def mark(
     A part that follows from the student's own wrong answer to an earlier part earns `rules.follow_through_share` of its
     points, unless the earlier answer was copied or is not an attempt at this arm (docs/judging.md).
 
-    If qdot's own code fails, or judging takes longer than the `allowance`, the part is UNGRADED. If only the search for
-    the mistake takes too long, no mistake is named. `secret` and the answer determine the configurations at which
+    If qdot's own code fails, or judging takes longer than the `budgets` allow, the part is UNGRADED. If only the search
+    for the mistake takes too long, no mistake is named. `secret` and the answer determine the configurations at which
     answers are compared; `functions_seed` determines those at which Python functions were called. If `secret` is None,
     a secret is chosen at random, and equal wrong answers are not grouped, because the keys of groups depend on it.
 
@@ -73,7 +73,7 @@ def mark(
     texts = {part.name: answers[part.name] for part in problem.parts if part.name in answers}
     seed = secrets.token_hex(16) if secret is None else secret
     seeds = {name: f"{seed}/{problem.id}/{name}/{text}" for name, text in texts.items()}
-    marking = _ProblemMarking(problem, seeds, secret, rules, allowance or TimeBudgets())
+    marking = _ProblemMarking(problem, seeds, secret, rules, budgets or TimeBudgets())
     for part in problem.parts:
         if part.name in texts:
             marking.judgements[part.name] = marking.judge(part, texts[part.name], functions_seed)
@@ -99,20 +99,20 @@ def compute_earned_share(problem: Problem, part: Part, text: str) -> Fraction:
 class _ProblemMarking:
     """The state of marking one problem part by part: the parsed answers and judgements so far.
 
-    `seeds` maps each part to the seed of the configurations at which its answer is compared. `differences` maps each
-    part to the reason of its judgement before partial credit was given, and `earlier_mistakes` are the mistakes that
-    explain the wrong answers so far. `attempt_parts` lists the parts whose answers are real attempts at this arm. For
-    the `undecided_parts`, there was no time to decide this.
+    `seeds` maps each part to the seed of the configurations at which its answer is compared. `reference_reasons`
+    maps each part to the reason of its judgement before partial credit was given, and `earlier_mistakes` are the
+    mistakes that explain the wrong answers so far. `attempt_parts` lists the parts whose answers are real attempts at
+    this arm (docs/judging.md). For the `undecided_parts`, there was no time to decide this.
     """
 
     problem: Problem
     seeds: Mapping[str, str]
     secret: str | None
     rules: MarkingRules
-    allowance: TimeBudgets
+    budgets: TimeBudgets
     parsed_answers: dict[str, ParsedAnswer] = field(default_factory=dict)
     judgements: dict[str, Judgement] = field(default_factory=dict)
-    differences: dict[str, str] = field(default_factory=dict)
+    reference_reasons: dict[str, str] = field(default_factory=dict)
     earlier_mistakes: list[EarlierMistake] = field(default_factory=list)
     attempt_parts: list[str] = field(default_factory=list)
     undecided_parts: list[str] = field(default_factory=list)
@@ -121,19 +121,19 @@ class _ProblemMarking:
         """Return the judgement on an answer, compared with the reference."""
         seed = self.seeds[part.name]
         try:
-            with self.allowance.judging.spend():
+            with self.budgets.judging.spend():
                 parsed_answer = self.parsed_answers[part.name] = read_answer(self.problem, part, text, functions_seed)
                 judgement = judge_parsed(self.problem, part, parsed_answer, seed)
-                self.differences[part.name] = judgement.reason
+                self.reference_reasons[part.name] = judgement.reason
                 answer = AnswerInContext(self.problem, part, parsed_answer, seed)
                 return self._name_blank_parts(part, give_partial_credit(answer, judgement, self.rules.is_copied))
         except OutOfTime:
-            return _make_overtime_judgement(self.allowance.judging)
+            return _make_overtime_judgement(self.budgets.judging)
         except Exception as error:  # no error in qdot may become a mark
             return _make_failure_judgement(error)
 
     def _name_blank_parts(self, part: Part, judgement: Judgement) -> Judgement:
-        """Return the judgement, with the earlier parts to fill in first if a formula of the answer contains a blank."""
+        """If a formula of the answer contains a blank, add to the reason which earlier parts to fill in."""
         if judgement.outcome not in WRONG_OR_PARTIAL or not _has_blank_in_formula(self.parsed_answers[part.name]):
             return judgement
         trees = {name: parsed.tree for name, parsed in self.parsed_answers.items() if name in self.judgements}
@@ -156,8 +156,8 @@ class _ProblemMarking:
         verdict = Verdict(part.name, judgement, points, part.points, answer)
         if judgement.outcome in WRONG_OR_PARTIAL:
             verdict = replace(verdict, **self._explain(part, follow_through)._asdict())
-            difference = self.differences.get(part.name, judgement.reason)
-            return _apply_follow_through(verdict, part, follow_through, self.rules.follow_through_share, difference)
+            reference_reason = self.reference_reasons.get(part.name, judgement.reason)
+            return _apply_follow_through(verdict, part, follow_through, self.rules, reference_reason)
         is_attempt = judgement.outcome is Outcome.CORRECT and not part.answer.offered_options
         return replace(verdict, attempt=True if is_attempt else None)
 
@@ -174,42 +174,47 @@ class _ProblemMarking:
             return None
         follow_through, answers, seed = None, self.parsed_answers, self.seeds[part.name]
         try:
-            with self.allowance.judging.spend():
+            with self.budgets.judging.spend():
                 follow_through = find_follow_through(
                     self.problem, part, answers, earlier_parts, seed, self.rules.is_copied, self.attempt_parts
                 )
         except OutOfTime:
-            self.judgements[part.name] = _make_overtime_judgement(self.allowance.judging)
+            self.judgements[part.name] = _make_overtime_judgement(self.budgets.judging)
         except RecursionError:  # formulas are nested deeper than in any real answer
             return None
         except Exception as error:
             self.judgements[part.name] = _make_failure_judgement(error)
-        if follow_through is not None and follow_through.part_without_attempt in self.undecided_parts:
-            self.judgements[part.name] = _make_overtime_judgement(self.allowance.diagnosing)
+        if follow_through is not None and follow_through.non_attempt_part in self.undecided_parts:
+            self.judgements[part.name] = _make_overtime_judgement(self.budgets.diagnosing)
         return follow_through
 
     def _explain(self, part: Part, follow_through: FollowThrough | None) -> "_Explanation":
         """Return the explanation of a wrong answer."""
         arguments = (self.problem, part, self.parsed_answers[part.name], self.seeds[part.name])
-        budget = self.allowance.diagnosing
-        follows = follow_through is not None and follow_through.judgement.outcome is Outcome.CORRECT
-        follows_from_attempt = follows and follow_through is not None and follow_through.part_without_attempt is None
+        budget = self.budgets.diagnosing
+        follows_completely = follow_through is not None and follow_through.judgement.outcome is Outcome.CORRECT
+        is_from_attempt = follow_through is not None and follow_through.non_attempt_part is None
+        follows_from_attempt = follows_completely and is_from_attempt
         earlier_mistakes = () if follows_from_attempt else tuple(self.earlier_mistakes)
-        mistake = _search(budget, diagnose, *arguments, earlier_mistakes)
-        diagnosis = None if follows_from_attempt else mistake or _search(budget, advise, *arguments)
+        mistake_diagnosis = _run_within(budget, diagnose, *arguments, earlier_mistakes)
+        diagnosis = None if follows_from_attempt else mistake_diagnosis or _run_within(budget, advise, *arguments)
         if diagnosis is not None and diagnosis.cause is not None:
             self.earlier_mistakes.append(EarlierMistake(*diagnosis.cause, part.name, question_of(part).title))
-        attempt = None
+        is_attempt = None
         if part.answer.is_symbolic:
-            is_close = _is_half_right(self.judgements[part.name]) or (mistake is not None and mistake.is_single_mistake)
-            is_close = follows_from_attempt or is_close or bool(_search(budget, has_enough_terms, *arguments))
-            attempt = is_close and (follows_from_attempt or not follows)
-            if attempt:
+            is_explained = mistake_diagnosis is not None and mistake_diagnosis.is_single_mistake
+            is_close = follows_from_attempt or _is_half_right(self.judgements[part.name]) or is_explained
+            has_substance = is_close or bool(_run_within(budget, has_enough_terms, *arguments))
+            # What follows from an answer that is no attempt is no attempt, either.
+            is_attempt = has_substance and (follows_from_attempt or not follows_completely)
+            if is_attempt:
                 self.attempt_parts.append(part.name)
             elif budget.remaining_seconds <= 0:
                 self.undecided_parts.append(part.name)
-        group = None if self.secret is None else _search(budget, find_group, *arguments[:3], mistake, self.secret)
-        return _Explanation(diagnosis, group, attempt)
+        group = None
+        if self.secret is not None:
+            group = _run_within(budget, find_group, *arguments[:3], mistake_diagnosis, self.secret)
+        return _Explanation(diagnosis, group, is_attempt)
 
 
 class _Explanation(NamedTuple):
@@ -229,7 +234,7 @@ def _is_half_right(judgement: Judgement) -> bool:
 
 
 def _has_blank_in_formula(parsed: ParsedAnswer) -> bool:
-    """Return whether an entry of an answer contains a blank but also something else, so it was calculated."""
+    """Return whether an entry of an answer is a formula with a blank in it, not only a blank."""
     if parsed.rows is not None:
         return any(has_blank(entry) and entry.kind != "blank" for row in parsed.rows for entry in row)
     return parsed.tree is not None and has_blank(parsed.tree)
@@ -240,45 +245,44 @@ def _capitalize(reason: str) -> str:
 
 
 def _apply_follow_through(
-    verdict: Verdict, part: Part, follow_through: FollowThrough | None, credit_share: Fraction, difference: str
+    verdict: Verdict, part: Part, follow_through: FollowThrough | None, rules: MarkingRules, reference_reason: str
 ) -> Verdict:
     """Return the verdict on a wrong answer, with the points for follow-through if these are more.
 
-    `credit_share` is the share of its points that a part earns by follow-through. `difference` is the reason why the
-    answer differs from the reference.
+    `reference_reason` is the reason why the answer differs from the reference.
     """
     if follow_through is None:
         return verdict
     judgement = verdict.judgement
     follows_completely = follow_through.judgement.outcome is Outcome.CORRECT
-    if follow_through.part_without_attempt is not None:
+    if follow_through.non_attempt_part is not None:
         reason = (
             f"{judgement.reason}. Your answer follows from your wrong answer to "
-            f"{follow_through.part_without_attempt!r}, but this earns no points, because less than half of that answer "
+            f"{follow_through.non_attempt_part!r}, but this earns no points, because less than half of that answer "
             "fits this arm and no single known mistake explains it"
         )
         return replace(verdict, judgement=replace(judgement, reason=reason)) if follows_completely else verdict
-    followed_points = compute_points(part.points, follow_through.judgement.share, credit_share)
+    followed_points = compute_points(part.points, follow_through.judgement.share, rules.follow_through_share)
     source = f"from your wrong answer to {follow_through.earlier_part!r}"
+    entry_follows = _find_following_entries(part, follow_through)
     next_step = "Correct that answer first, then redo this part."
     if followed_points <= (verdict.points or 0.0):
         reason = f"your answer follows {source}. {next_step} {_capitalize(judgement.reason)}"
         if not follows_completely:
             return verdict
-        follows = _find_entry_flags(part, follow_through)
-        return replace(verdict, judgement=replace(judgement, reason=reason), follows=follows)
-    subject = "it" if follows_completely else "what follows"
-    earned_words = f"{subject} earns {100 * float(credit_share):.4g} % of the points"
+        return replace(verdict, judgement=replace(judgement, reason=reason), follows=entry_follows)
+    earned_words = "it earns" if follows_completely else "the entries or conditions that follow earn"
     reason = (
-        f"your answer follows{'' if follows_completely else ' in part'} {source}, so {earned_words}. {next_step} "
-        f"Compared with the solution: {difference}"
+        f"your answer follows{'' if follows_completely else ' in part'} {source}, so {earned_words} "
+        f"{100 * float(rules.follow_through_share):.4g} % of the points. {next_step} "
+        f"Compared with the solution: {reference_reason}"
     )
     judgement = replace(judgement, outcome=Outcome.PARTIAL, reason=reason)
-    earlier_part, follows = follow_through.earlier_part, _find_entry_flags(part, follow_through)
-    return replace(verdict, judgement=judgement, points=followed_points, followed_from=earlier_part, follows=follows)
+    followed_verdict = replace(verdict, judgement=judgement, points=followed_points)
+    return replace(followed_verdict, followed_from=follow_through.earlier_part, follows=entry_follows)
 
 
-def _find_entry_flags(part: Part, follow_through: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
+def _find_following_entries(part: Part, follow_through: FollowThrough) -> tuple[tuple[bool, ...], ...] | None:
     """Return for each entry of an answer, in rows, whether it follows; None if the answer has no separate entries."""
     judgement = follow_through.judgement
     if judgement.entries is not None or judgement.outcome is not Outcome.CORRECT:
@@ -294,7 +298,7 @@ def map_max_points(assignment: Assignment) -> dict[str, float]:
 
 
 def compute_points(points: float, share: float, factor: Fraction = Fraction(1)) -> float:
-    """Return `share` times `factor` times the points, computed exactly and rounded to four decimals.
+    """Return `share` times `factor` times the points, with the share as a simple fraction, to four decimals.
 
     >>> compute_points(0.3, 1 / 3), compute_points(2, 1.0, Fraction(4, 5))
     (0.1, 1.6)
@@ -316,17 +320,17 @@ def format_points(value: float) -> str:
     return f"{value:.4f}".rstrip("0").rstrip(".")
 
 
-SearchResult = TypeVar("SearchResult")
+Explained = TypeVar("Explained")
 
 
-def _search(budget: Budget, search: Callable[..., SearchResult], *arguments: object) -> SearchResult | None:
-    """Return the result of a search for the mistake in an answer; None if the search fails or takes too long.
+def _run_within(budget: Budget, explain: Callable[..., Explained], *arguments: object) -> Explained | None:
+    """Return the result of a function that helps to explain an answer; None if it fails or takes too long.
 
-    An error in such a search must not leave the answer without a mark.
+    An error in such a function must not leave the answer without a mark.
     """
     try:
         with budget.spend():
-            return search(*arguments)
+            return explain(*arguments)
     except (OutOfTime, Exception):
         return None
 

@@ -35,7 +35,8 @@ MIN_FORMULA_SIZE = 80
 """Minimum size of a wide formula, as a percentage of the normal size, before it scrolls."""
 
 MAX_ROUNDED_LENGTH = 12
-"""A decimal is shown rounded to 14 digits if it then has at most this number of characters."""
+"""A long decimal is shown rounded to 14 significant digits if, without trailing zeros, it then has at most this many
+characters."""
 
 _LONG_DECIMAL = re.compile(r"(?<![\w.])\d{1,6}\.\d{15,19}(?![\w.])")
 _NAMESPACE = ' xmlns="http://www.w3.org/1998/Math/MathML"'
@@ -67,21 +68,21 @@ def show_answer(problem: Problem, part: Part, text: str) -> ShownAnswer:
         return ShownAnswer(visible_text, is_verbatim=False)
     if part.answer.offered_options:
         options = _write_chosen_options(problem, part, readable_text)
-        is_letter = len(readable_text) == 1  # the option on the page begins with this letter
+        is_letter = len(readable_text) == 1  # the option's HTML begins with it, too
         return ShownAnswer("" if options and is_letter else visible_text, options)
     if part.type not in FORMULA_TYPES or len(readable_text) > MAX_TYPESET_CHARACTERS:
         return ShownAnswer(visible_text)
     parsed = read_answer(problem, part, readable_text)
     is_number = part.type == Number.type and parsed.refusal is None
-    tree = _convert_numbers(parsed) if is_number else parsed.tree
+    tree = _convert_to_si_units(parsed) if is_number else parsed.tree
     try:
         return ShownAnswer(visible_text, "" if tree is None else _typeset_html(problem, part, tree))
     except TooDeep:
         return ShownAnswer(visible_text)
 
 
-def _convert_numbers(parsed: ParsedAnswer) -> Node | None:
-    """Return the tree of an answer in numbers; numbers in units other than SI units, as in 17 cm/s, are converted."""
+def _convert_to_si_units(parsed: ParsedAnswer) -> Node | None:
+    """Return the tree of a numeric answer, with values such as 17 cm/s converted to SI units."""
     units = [parse_unit(unit) for _, unit, _ in find_units(parsed.text)]
     if any(parsed.is_blank) or not any(unit is not None and unit.conversion for unit in units):
         return parsed.tree
@@ -112,12 +113,12 @@ def make_visible(text: str) -> str:
 def _typeset_html(problem: Problem, part: Part, node: Node) -> str:
     """Return a parsed answer as MathML. Raises TooDeep if the answer is too long or too deeply nested."""
     if count_nodes(node) > MAX_TYPESET_NODES:
-        raise TooDeep("the answer is too long to be set")
+        raise TooDeep("the answer is too long to be typeset")
     formula = typeset(node, list_prismatic_joints(problem.chain), part.answer.is_set, part.answer.expected_units)
     fitted_layout = fit_formula(formula, MAX_FORMULA_WIDTH)
     size = max(MIN_FORMULA_SIZE, min(100, int(100 * MAX_FORMULA_WIDTH / max(estimate_width(fitted_layout), 1.0))))
     mathml = print_mathml(fitted_layout, is_displayed=True, percent=size)
-    # Shorten the page: write letters instead of their codes, and no rows with a single item.
+    # Write characters instead of character references, and drop an <mrow> around a single element.
     mathml = re.sub(r"&#x0*([0-9A-F]{3,5});", lambda code: chr(int(code[1], 16)), mathml)
     return re.sub(r"<mrow>(<m[ino]>[^<]*</m[ino]>)</mrow>", r"\1", mathml.replace(_NAMESPACE, "", 1))
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from qdot.exercises.assignment.assignment import FEEDBACK_LEVELS, Assignment
 from qdot.exercises.assignment.late_rule import describe_duration
 from qdot.exercises.common.errors import QdotError, shorten
-from qdot.exercises.mistakes.base import add_chapter_to_reference
+from qdot.exercises.mistakes.base import add_chapter_to_citation
 from qdot.grader.grading.result import Override, Result
 from qdot.grader.marking.marking import format_points
 from qdot.grader.reports.feedback_levels import capitalize, limit_feedback
@@ -56,7 +56,7 @@ def make_part_rows(result: Result, assignment: Assignment, feedback: str = FEEDB
         texts = list(filter(None, (shown_part.advice, shown_part.reason, override_text)))
         sentences = [f"{capitalize(text)}{'' if text.endswith(('.', '?')) else '.'}" for text in texts]
         paragraph = " ".join(" ".join(sentences if len(texts) > 1 else texts).split())
-        message = shorten(add_chapter_to_reference(paragraph.removesuffix(".")), MAX_MESSAGE_LENGTH)
+        message = shorten(add_chapter_to_citation(paragraph.removesuffix(".")), MAX_MESSAGE_LENGTH)
         rows.append(PartRow(name, titles.get(name, name), part.outcome, part.points, part.max_points, message))
     return rows
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from qdot.exercises.assignment.assignment import Assignment
 from qdot.exercises.assignment.handout import make_file_name
-from qdot.exercises.common.errors import QdotError, count_noun, list_first
+from qdot.exercises.common.errors import QdotError, count_noun, write_first
 from qdot.exercises.common.files import make_zip, write_atomically
 from qdot.grader.grading.result import Result
 from qdot.grader.reports.gradebooks import make_brightspace_csv, make_canvas_csv, make_moodle_csv
@@ -120,7 +120,7 @@ def _check_owners(assignment: Assignment, results: Sequence[Result]) -> None:
     """Raise QdotError if the owner of a submission is uncertain."""
     doubtful_students = [result.student for result in results if result.obstacle == UNCERTAIN_OWNER]
     if doubtful_students:
-        names = list_first(doubtful_students, MAX_STUDENTS_LISTED)
+        names = write_first(doubtful_students, MAX_STUDENTS_LISTED)
         raise QdotError(
             f"a submission may belong to {names}, but not certainly; do what `qdot grade {assignment.folder}` advises, "
             "grade again, and then return the pages"
@@ -139,7 +139,7 @@ def _find_places(
         places[student] = next(filter(None, map(target.find_place, paths)), None)
     unplaced_students = [student for student, place in places.items() if place is None]
     if unplaced_students:
-        names = list_first(unplaced_students, MAX_STUDENTS_LISTED)
+        names = write_first(unplaced_students, MAX_STUDENTS_LISTED)
         raise QdotError(
             f"no submission of {names} has a name from {target.layout}; give the download from {target.layout} that "
             f"was graded, as in: qdot return {assignment.folder} download.zip --to {target.layout.lower()}; or choose "
@@ -153,6 +153,6 @@ def _note_absent_students(results: Sequence[Result], submitted_ids: Sequence[str
     absent_students = [result.student for result in results if result.student not in submitted_ids]
     if not absent_students:
         return []
-    names = list_first(absent_students, MAX_STUDENTS_LISTED)
+    names = write_first(absent_students, MAX_STUDENTS_LISTED)
     verb = "gets" if len(absent_students) == 1 else "get"
     return [f"{count_noun(len(absent_students), 'student')} without a submission {verb} no page: {names}"]

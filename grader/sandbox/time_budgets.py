@@ -1,7 +1,7 @@
 """Budgets of processor time: work that exceeds its budget is interrupted, and everything else continues.
 
-Processor time does not depend on how busy the machine is. Budgets work in any thread, for example in the worker threads
-of a cluster, in which signals do not work.
+Processor time does not depend on how busy the machine is. Budgets use no signals, so they also work outside the main
+thread, as in Dask workers.
 """
 
 import contextlib

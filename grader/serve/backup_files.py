@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 
 from qdot.exercises.assignment.assignment import ASSIGNMENT_FILE, SECRET_FILE, load_assignment
-from qdot.exercises.common.errors import QdotError, list_first
+from qdot.exercises.common.errors import QdotError, write_first
 from qdot.exercises.common.files import make_folder, write_atomically
 
 DATABASE_MEMBER, FOLDERS_MEMBER = "database.json", "folders"
@@ -73,7 +73,7 @@ def _find_source(folder: Path, folders: list[Path], contents: Mapping[str, objec
     if (folder / ASSIGNMENT_FILE).exists():
         names.append(load_assignment(folder).key)
     if (name := next((name for name in names if name in contents), None)) is None:
-        keys = list_first(sorted(contents), 5)
+        keys = write_first(sorted(contents), 5)
         raise QdotError(f"{folder}: the backup has {keys}; name each folder after its assignment")
     return name
 

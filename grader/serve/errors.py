@@ -91,7 +91,7 @@ class RefusalMiddleware:
         return respond(request, find_refusal(error))
 
 
-def report_bad_request(request: HttpRequest, exception: Exception) -> HttpResponse:
+def report_refused_request(request: HttpRequest, exception: Exception) -> HttpResponse:
     """Answer a request that Django refused before any view."""
     if isinstance(exception, DisallowedHost):
         host, url = escape_controls(request.headers.get("Host", ""))[:100], find_options().url

@@ -8,20 +8,20 @@ from django.http import HttpRequest
 
 from qdot.grader.serve.settings import find_options
 
-_MARK = "qdot.frame-session"
+_META_KEY = "qdot.frame-session"
 
 
-def begin_frame_session(request: HttpRequest) -> None:
-    """Put the key of this request's session into the pages that it gets, instead of into a cookie."""
-    request.META[_MARK] = True
+def use_frame_session(request: HttpRequest) -> None:
+    """Flag the request, so that the pages sent in response contain the key of its session."""
+    request.META[_META_KEY] = True
 
 
-def find_frame_session(request: HttpRequest) -> str:
+def find_frame_session_key(request: HttpRequest) -> str:
     """Return the key of the session if its pages contain the key, else ""."""
-    return (request.session.session_key or "") if _MARK in request.META else ""
+    return (request.session.session_key or "") if _META_KEY in request.META else ""
 
 
-def is_own_page(request: HttpRequest) -> bool:
+def is_from_own_page(request: HttpRequest) -> bool:
     """Return whether a page of this service sent the request, according to the browser."""
     own_origins = find_options().url, f"{request.scheme}://{request.get_host()}"
     return request.headers.get("Origin") in own_origins

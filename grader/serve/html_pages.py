@@ -9,7 +9,7 @@ from django.urls import get_script_prefix
 
 from qdot.exercises.site.pages import Assets, find_assets
 from qdot.exercises.writing.render import render
-from qdot.grader.serve.frame_sessions import find_frame_session
+from qdot.grader.serve.frame_sessions import find_frame_session_key
 
 
 @cache
@@ -33,7 +33,7 @@ def render_page(request: HttpRequest, template: str, *, title: str, **values: ob
     assets = load_assets()
     page = render(
         template, title=title, csrf_token=get_token(request), home=get_script_prefix(), static=settings.STATIC_URL,
-        session=find_frame_session(request),
+        session=find_frame_session_key(request),
         script=assets.scripts["serve"], modules=assets.modules["serve"], styles=assets.styles["serve"], kind="",
         **values,
     )  # fmt: skip

@@ -151,9 +151,9 @@ def mark_typed_answers(judge: Judge, request: TypedAnswers) -> MarkedAnswers | N
     """
     assignment = judge.load_assignment(request.class_of_assignment)
     class_answers = judge.find_class_answers(assignment)
-    stored_problems, allowance = judge.load_problems(assignment, request.student), TimeBudgets()
+    stored_problems, budgets = judge.load_problems(assignment, request.student), TimeBudgets()
     if request.is_quick:
-        allowance = TimeBudgets(Budget(QUICK_JUDGING), Budget(QUICK_DIAGNOSING))
+        budgets = TimeBudgets(Budget(QUICK_JUDGING), Budget(QUICK_DIAGNOSING))
     results = list[ProblemResult]()
     for slot, problem in stored_problems.problems:
         if slot in request.finished_problems:
@@ -163,10 +163,10 @@ def mark_typed_answers(judge: Judge, request: TypedAnswers) -> MarkedAnswers | N
         texts = {name: request.answers[full_name] for name, full_name in names.items() if full_name in request.answers}
         reasons = {name: describe_unset(name_answer_variable(slot, name)) for name in names}
         rules = MarkingRules(assignment.follow_through, partial(class_answers.is_correct_for_another, problem, slot))
-        verdicts = mark(problem, texts, reasons, secret=assignment.secret, rules=rules, allowance=allowance)
+        verdicts = mark(problem, texts, reasons, secret=assignment.secret, rules=rules, budgets=budgets)
         parts = tuple(make_part_result(slot, verdict) for verdict in verdicts)
         results.append(ProblemResult(str(problem.id), slot, parts))
-    if request.is_quick and min(allowance.judging.remaining_seconds, allowance.diagnosing.remaining_seconds) <= 0:
+    if request.is_quick and min(budgets.judging.remaining_seconds, budgets.diagnosing.remaining_seconds) <= 0:
         return None
     notebook = write_answers_notebook(assignment, request.student, request.answers)
     marks = NotebookMarks(

@@ -247,7 +247,7 @@ def release_if_needed(assignment: Assignment, student: str) -> None:
     with _release_lock:
         for _ in range(2):  # a second time if problems were replaced, because nothing is stored the first time
             result = get_judge_pool().run(release_problems, StudentOfClass(describe_class(assignment), student))
-            if result.outcome != "replaced":
+            if result.outcome != "to replace":
                 break
             record_replacements(assignment, student, result.replacements)
     if result.failed_slots:

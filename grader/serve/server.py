@@ -37,10 +37,10 @@ THREADS, MAX_CONNECTIONS, IDLE_SECONDS = 32, 800, 30
 
 A browser keeps several connections open; at the maximum, nobody else gets in."""
 SECONDS_BETWEEN_CHECKS = 2.0
-"""Number of seconds between two checks whether the claim and the queue process still exist, and for submissions that
-are unmarked."""
+"""Seconds between checks that the claim on the database holds, that the queue process lives, and that no submission is
+unmarked."""
 MAX_REQUEST_BYTES = 25_000_000
-"""Maximum size of a request, which is more than that of a notebook (`submitting`)."""
+"""Maximum size of a request, which is more than the maximum size of a notebook (`submitting`)."""
 CLAIM_FILE, CLAIM_NUMBER = "service.lock", 0x71646F74
 """What a running service locks: a file beside the database, or a number in PostgreSQL."""
 ALREADY_SERVED = "another `qdot serve` is using this database; stop it first (Ctrl-C, or `systemctl stop qdot`)"
@@ -64,7 +64,7 @@ def claim_database() -> Iterator[Callable[[], None]]:
         with closing(connections.create_connection(DEFAULT_DB_ALIAS)) as own_connection:
             own_connection.inc_thread_sharing()
             _claim_postgresql(own_connection)
-            yield partial(_claim_again, own_connection)
+            yield partial(_renew_claim_if_lost, own_connection)
         return
     with (find_options().online_folder / CLAIM_FILE).open("w") as file:
         try:
@@ -81,7 +81,7 @@ def _claim_postgresql(own_connection: Any) -> None:
             raise QdotError(ALREADY_SERVED)
 
 
-def _claim_again(own_connection: Any) -> None:
+def _renew_claim_if_lost(own_connection: Any) -> None:
     if own_connection.is_usable():
         return
     own_connection.close()
@@ -169,6 +169,6 @@ def reclaim_tasks() -> None:
         with transaction.atomic():
             if len(row.worker_ids) >= MAX_FAILURES:
                 give_up(row.task_path, *row.args_kwargs["args"])
-                row.set_failed(RuntimeError("killed its process"))
+                row.set_failed(RuntimeError("the task's process died too often"))
             else:
                 DBTaskResult.objects.filter(pk=row.pk).update(status="READY")

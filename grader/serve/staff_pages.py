@@ -276,7 +276,7 @@ def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse
 
 @require_POST
 @for_staff
-def post_scores(_: HttpRequest, person: Person, key: str) -> HttpResponse:
+def resend_refused_scores(_: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Resend the scores that the platform has refused."""
     load_class_assignment(person.classroom, key)
     with transaction.atomic():

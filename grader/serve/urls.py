@@ -37,10 +37,10 @@ urlpatterns = [
     path("a/<key:key>/class/overrides", staff_pages.post_override),
     path("a/<key:key>/class/extensions", staff_pages.post_extension),
     path("a/<key:key>/class/regrade", staff_pages.post_regrade),
-    path("a/<key:key>/class/scores", staff_pages.post_scores),
+    path("a/<key:key>/class/scores", staff_pages.resend_refused_scores),
     path("a/<key:key>/class/export.zip", staff_pages.get_export),
 ]
-handler400 = "qdot.grader.serve.errors.report_bad_request"
-handler403 = "qdot.grader.serve.errors.report_bad_request"
-handler404 = "qdot.grader.serve.errors.report_bad_request"
+handler400 = "qdot.grader.serve.errors.report_refused_request"
+handler403 = "qdot.grader.serve.errors.report_refused_request"
+handler404 = "qdot.grader.serve.errors.report_refused_request"
 handler500 = "qdot.grader.serve.errors.report_failure"

@@ -1,4 +1,4 @@
-"""Count the students of a class whose correct answer is the same as another student's, from their certificates."""
+"""Count the students whose problems have the same reference answer, from their certificates (files of digests)."""
 
 from collections import Counter
 
@@ -9,11 +9,12 @@ from qdot.exercises.families.family import describe_variation
 from qdot.grader.grading.certificates import read_certificate
 
 MIN_SHARING_STUDENTS, MIN_SHARING_FRACTION = 3, 0.05
-"""Minimum number of students, and fraction of the class that must be exceeded, for shared answers to be reported."""
+"""Shared answers are reported for at least this many students who are more than this fraction of the class."""
 
 MOST_VARIATION = "full"
-"""The step of variation with which the arms of a family differ most; arms of an instructor have fewer steps."""
-ADVICE = 'for fewer shared answers, set a later step of variation in assignment.toml, such as variation = "full"'
+"""The step of variation with which the arms of a family differ most; an instructor's own arm has no such step,
+so there is no advice."""
+ADVICE = 'for fewer shared answers, set more variation in assignment.toml, such as variation = "full"'
 
 
 def describe_shared_answers(assignment: Assignment) -> list[str]:
@@ -27,9 +28,9 @@ def describe_shared_answers(assignment: Assignment) -> list[str]:
         for name, digests in _read_digests(assignment, student.id).items():
             if name in digests_by_slot:
                 digests_by_slot[name].append(digests)
-    lines = {slot: line for slot in assignment.slots if (line := _describe_sharing(slot, digests_by_slot[slot.name]))}
-    has_remedy = any(not slot.robot_digest and slot.variation != MOST_VARIATION for slot in lines)
-    return [*lines.values(), *([ADVICE] if has_remedy else [])]
+    slot_lines = {slot: line for slot in assignment.slots if (line := _describe_slot(slot, digests_by_slot[slot.name]))}
+    has_remedy = any(not slot.robot_digest and slot.variation != MOST_VARIATION for slot in slot_lines)
+    return [*slot_lines.values(), *([ADVICE] if has_remedy else [])]
 
 
 def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, str]]:
@@ -43,23 +44,23 @@ def _read_digests(assignment: Assignment, student: str) -> dict[str, dict[str, s
     return {name: record.parts for name, record in certificate.problems.items()}
 
 
-def _describe_sharing(slot: Slot, digests: list[dict[str, str]]) -> str:
-    """Return the line on a slot, given the digests of each student by part; "" if few students share an answer."""
+def _describe_slot(slot: Slot, student_digests: list[dict[str, str]]) -> str:
+    """Return the line on a slot, given each student's digests by part; "" if few students share an answer."""
     # The keys are the number of students who share an answer, and whether all of them share the same one.
     questions_by_sharing: dict[tuple[int, bool], list[str]] = {}
     for question in slot.questions:
         if question in slot.text_questions:  # there is no reference answer to share
             continue
-        digest_counts = Counter(parts[question] for parts in digests if question in parts)
-        students = sum(count for count in digest_counts.values() if count > 1)
-        if students >= MIN_SHARING_STUDENTS and students > MIN_SHARING_FRACTION * len(digests):
-            is_one_answer = max(digest_counts.values()) == students
-            questions_by_sharing.setdefault((students, is_one_answer), []).append(question)
+        digest_counts = Counter(digests[question] for digests in student_digests if question in digests)
+        sharing_count = sum(count for count in digest_counts.values() if count > 1)
+        if sharing_count >= MIN_SHARING_STUDENTS and sharing_count > MIN_SHARING_FRACTION * len(student_digests):
+            is_one_answer = max(digest_counts.values()) == sharing_count
+            questions_by_sharing.setdefault((sharing_count, is_one_answer), []).append(question)
     if not questions_by_sharing:
         return ""
-    student_count, clauses = len(digests), list[str]()
-    for (students, is_one_answer), names in sorted(questions_by_sharing.items(), reverse=True):
-        students_text = f"all {student_count}" if students == student_count else f"{students} of {student_count}"
+    class_size, clauses = len(student_digests), list[str]()
+    for (sharing_count, is_one_answer), names in sorted(questions_by_sharing.items(), reverse=True):
+        students_text = f"all {class_size}" if sharing_count == class_size else f"{sharing_count} of {class_size}"
         answer = "the same answer" if is_one_answer else "the same answer as another student"
         clauses.append(f"{', '.join(names)}: {students_text} students have {answer}")
     slot_text = f"{slot.name} ({slot.family.name}, {describe_variation(slot.family, slot.variation)})"

@@ -19,7 +19,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from qdot.exercises.common.console import note
-from qdot.exercises.common.errors import QdotError, list_first
+from qdot.exercises.common.errors import QdotError, write_first
 from qdot.grader.submissions.archives import is_archive, list_members, read_member, unpack_temporarily
 from qdot.grader.submissions.cells import (
     MARKDOWN_ENDINGS,
@@ -607,10 +607,10 @@ def describe_unusual_metadata(submission: Submission, assignment: "Assignment", 
         notes.append(SubmissionNote(OTHER_VERSION, message))
     parts = {f"{slot.name}.{question}" for slot in assignment.slots for question in slot.questions}
     if unknown_parts := sorted({cell.part for cell in submission.cells if cell.part is not None} - parts):
-        names = list_first(list(map(make_printable, unknown_parts)), 3)
+        names = write_first(list(map(make_printable, unknown_parts)), 3)
         notes.append(SubmissionNote(f"cells are marked as answers to parts that the assignment does not have: {names}"))
     if submission.unknown_metadata:
-        keys = list_first(submission.unknown_metadata, 5)
+        keys = write_first(submission.unknown_metadata, 5)
         notes.append(SubmissionNote(f"the metadata of its cells were changed, which does not affect the marks: {keys}"))
     if submission.flagged_late:
         notes.append(SubmissionNote("the platform marked it as late"))

@@ -76,7 +76,7 @@ def _list_right_answers(item: QuizItem, ident: str) -> list[str]:
     if isinstance(form, ChoiceForm):
         return [f"{ident}-{LETTERS[k]}" for k, option in enumerate(form.options) if option.is_correct]
     if isinstance(form, MatchingForm):
-        return [f"response_{ident}-{LETTERS[k]} {ident}-o{index}" for k, index in enumerate(form.correct_options)]
+        return [f"response_{ident}-{LETTERS[k]} {ident}-o{index}" for k, index in enumerate(form.correct_indices)]
     if isinstance(form, TextForm):
         return []
     if len(form.fields) > 1:

@@ -153,7 +153,7 @@ def _make_choice_answers(form: ChoiceForm) -> Iterator[SampleAnswer]:
 
 
 def _make_matching_answers(form: MatchingForm) -> Iterator[SampleAnswer]:
-    right = tuple(form.options[index] for index in form.correct_options)
+    right = tuple(form.options[index] for index in form.correct_indices)
     wrong_option = next(option for option in form.options if option != right[0])
     yield SampleAnswer("right = full", 1.0, options=right)
     yield SampleAnswer("wrong < full", 1 - 1 / len(right), options=(wrong_option, *right[1:]))

@@ -55,7 +55,7 @@ def _check_question(item: QuizItem, ident: str, question: dict[str, Any], counts
         comments = [option.feedback for option in form.options if option.feedback]
         counts.add("comments kept", question["comments"] == comments, f"{ident}: {question['comments']}")
     elif isinstance(form, MatchingForm):
-        right_answers = [form.options[index] for index in form.correct_options]
+        right_answers = [form.options[index] for index in form.correct_indices]
         counts.add("answers kept", list(answers[0]["values"].values()) == right_answers, f"{ident}: {answers}")
     elif isinstance(form, NumberForm) and len(form.fields) > 1:
         counts.add("blanks kept", question["blanks"] == [f"response_n{k + 1}" for k in range(len(form.fields))], ident)

@@ -92,13 +92,13 @@ def _make_choice_attempts(form: ChoiceForm) -> list[_Attempt]:
 
 
 def _make_matching_attempts(form: MatchingForm) -> list[_Attempt]:
-    rotated = [*form.correct_options[1:], form.correct_options[0]]
-    hits = sum(option == correct for option, correct in zip(rotated, form.correct_options, strict=True))
+    rotated = [*form.correct_indices[1:], form.correct_indices[0]]
+    hits = sum(option == correct for option, correct in zip(rotated, form.correct_indices, strict=True))
     return [
         _Attempt(
             "wrong < full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(rotated)]}, hits / len(rotated)
         ),
-        _Attempt("right = full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(form.correct_options)]}, 1),
+        _Attempt("right = full", {"RESPONSE": [f"S{k} T{index}" for k, index in enumerate(form.correct_indices)]}, 1),
         _Attempt("blank = 0", {"RESPONSE": []}, 0),
     ]
 

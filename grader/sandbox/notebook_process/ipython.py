@@ -1,6 +1,6 @@
-"""Translate a cell to Python as IPython does: `%`, `!`, `?`, prompts and indentation, by our own rules.
+"""Translate a cell's IPython syntax (`%`, `!`, `?`, prompts, indentation) to Python, without IPython.
 
-IPython itself is not used, because a mark must not depend on whether IPython is installed. Python's tokenizer finds
+IPython is not used, because a mark must not depend on whether IPython is installed. Python's tokenizer finds
 where statements begin, so that a `%` in a formula or a text is not changed. A cell that is Python already is returned
 unchanged. Nothing is executed, and line numbers stay the same. The grader parses cells by these rules, too.
 """
@@ -21,7 +21,7 @@ MAX_HELP_LENGTH = 500
 _IPYTHON_SIGNS = re.compile(r"(?m)^[ \t]*(?:[%!?]|>>>|In \[)|=[ \t]*[%!]|\?[ \t]*$|\A(?:[ \t]*\n)*[ \t]+\S")
 _CELL_MAGIC = re.compile(r"%%(\w+|!)[ \t]*(.*)")
 _COMMENT = re.compile(r"[ \t]*(?:#.*)?")
-_ESCAPED_LINE = re.compile(r"([ \t]*)(!!?|\?\??|%%?)[ \t]*(.*)")
+_PREFIXED_LINE = re.compile(r"([ \t]*)(!!?|\?\??|%%?)[ \t]*(.*)")
 _ASSIGNED_MAGIC = re.compile(r"([ \t]*[^\s=!%#'\"(][^=#'\"]*=[ \t]*)([!%])[ \t]*(.*)")
 _HELP_LINE = re.compile(r"([ \t]*)[^'\"#]*?(%{0,2}(?!\d)[\w*]+(?:\.[\w*]+|\[[\w*]+\])*)(\?\??)[ \t]*")
 _PROMPTS = (re.compile(r"(?:>>>|\.\.\.)(?: |$)"), re.compile(r"(?:In \[\d+\]:|[ \t]*\.{3,}:)(?: |$)"))
@@ -41,8 +41,8 @@ def translate_to_python(source: str) -> str:
     first_code_line = next((n for n, line in enumerate(lines) if not _COMMENT.fullmatch(line)), len(lines))
     if first_code_line == len(lines):
         return source
-    if prompt := next((prompt for prompt in _PROMPTS if prompt.match(lines[first_code_line])), None):
-        lines = [prompt.sub("", line, count=1) for line in lines]
+    if prompt_pattern := next((pattern for pattern in _PROMPTS if pattern.match(lines[first_code_line])), None):
+        lines = [prompt_pattern.sub("", line, count=1) for line in lines]
     code = lines[first_code_line]
     indent = code[: len(code) - len(code.lstrip(" \t"))]
     lines = [line.removeprefix(indent) for line in lines]
@@ -65,7 +65,7 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
             begin += 1
             continue
         end = begin + 1
-        if _ESCAPED_LINE.fullmatch(lines[begin]) or _ASSIGNED_MAGIC.fullmatch(lines[begin]):
+        if _PREFIXED_LINE.fullmatch(lines[begin]) or _ASSIGNED_MAGIC.fullmatch(lines[begin]):
             while lines[end - 1].endswith("\\") and end < len(lines):
                 end += 1
         translated_line = _translate_line(" ".join(line.rstrip("\\") for line in lines[begin:end]))
@@ -81,9 +81,9 @@ def _translate_statements(lines: Sequence[str]) -> Iterator[str]:
 def _translate_line(line: str) -> str | None:
     """Return a line in IPython's syntax as Python; None for any other line."""
     if len(line) < MAX_HELP_LENGTH and (match := _HELP_LINE.fullmatch(line)):
-        indent, name, marks = match.groups()
-        return f"{indent}{_write_line_magic(_choose_help_magic(name, marks), name)}"
-    if match := _ESCAPED_LINE.fullmatch(line):
+        indent, name, question_marks = match.groups()
+        return f"{indent}{_write_line_magic(_choose_help_magic(name, question_marks), name)}"
+    if match := _PREFIXED_LINE.fullmatch(line):
         indent, escape, command = match.groups()
         if not command and escape.startswith("?"):
             return f"{indent}pass"
@@ -104,10 +104,10 @@ def _translate_line(line: str) -> str | None:
     return None
 
 
-def _choose_help_magic(name: str, marks: str) -> str:
+def _choose_help_magic(name: str, question_marks: str) -> str:
     if "*" in name:
         return "psearch"
-    return "pinfo2" if marks == "??" else "pinfo"
+    return "pinfo2" if question_marks == "??" else "pinfo"
 
 
 def _write_line_magic(name: str, argument: str) -> str:

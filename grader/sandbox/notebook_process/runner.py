@@ -1,4 +1,4 @@
-"""Run the cells of one notebook and report its answers as text, the only output of students' code.
+"""Run the cells of one notebook and report its answers and errors; nothing else leaves the process.
 
 Whatever a notebook does, it can report only about itself, not about another notebook.
 """
@@ -18,7 +18,7 @@ from .isolation import MAX_REPLACED_SYMBOLS, MAX_SLOWDOWN
 from .session import FailedImport, Session, find_position
 
 JsonObject = dict[str, Any]
-Report = Callable[[JsonObject], None]
+SendReport = Callable[[JsonObject], None]
 
 MAX_ANSWER_LENGTH = 400_000
 """Maximum number of characters of an answer that the grader accepts."""
@@ -34,8 +34,8 @@ def list_immutable_parts(value: Any, depth: int = 0) -> list[Any] | None:
         return [value]
     if value_type is sympy.Matrix:
         return [value_type, value.rows, *value.flat()]
-    # Comparing more values would take too long.
-    if value_type not in (list, tuple) or len(value) >= 1000 or depth >= MAX_LIST_DEPTH:
+    is_sequence = value_type in (list, tuple)
+    if not is_sequence or len(value) >= 1000 or depth >= MAX_LIST_DEPTH:  # comparing 1000 values would take too long
         return None
     item_parts = [list_immutable_parts(item, depth + 1) for item in value]
     if None in item_parts:
@@ -58,9 +58,9 @@ class Overtime(BaseException):
 class Alarm:
     """Raises Overtime in a block after a number of seconds of processor time, or of waiting.
 
-    The waiting time is the real time minus `MAX_SLOWDOWN` times the processor time. The alarm repeats until the block
-    has ended, because other code may catch the exception: mpmath, for example, has a bare `except:` in its parser of
-    floats.
+    The waiting time is the real time minus `MAX_SLOWDOWN` times the processor time, because a busy machine may make a
+    notebook slower by this factor. The alarm repeats until the block has ended, because other code may catch the
+    exception: mpmath, for example, has a bare `except:` in its parser of floats.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -104,7 +104,7 @@ class AnswerReport(NamedTuple):
     message: dict[str, str]
 
 
-def run_cells(request: dict[str, Any], report: Report) -> None:
+def run_cells(request: dict[str, Any], report: SendReport) -> None:
     """Run the cells of a request in order, each within its time limit; report each answer after a cell changes it.
 
     `request` is made by `Sandbox.run`.
@@ -122,7 +122,7 @@ def run_cells(request: dict[str, Any], report: Report) -> None:
     report({"done": True})
 
 
-def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: Report) -> None:
+def _run_cell(session: Session, index: int, source: str, alarm: Alarm, report: SendReport) -> None:
     """Run a cell; report each import that failed, and if the cell stopped, the error and the line."""
     outcome: dict[str, Any] = {}
     failed_imports: list[FailedImport] = []
@@ -179,8 +179,8 @@ class _SymbolTracker:
             elif name in self.symbol_names and name not in self.replaced and _is_number(value):
                 self.replaced[name] = cell_index, repr(value)[:40]
 
-    def report_replaced(self, source: str, answer_text: str, report: Report) -> None:
-        """Report each variable that the answer's cell, `source`, mentions, but whose symbol the answer lacks."""
+    def report_replaced(self, source: str, answer_text: str, report: SendReport) -> None:
+        """Report each replaced variable that `source` mentions, if the answer does not contain its symbol."""
         for name, (index, value) in list(self.replaced.items())[:MAX_REPLACED_SYMBOLS]:
             if _mentions(name, source) and not _mentions(self.symbol_names[name], answer_text):
                 report({"replaced": name, "set": index, "value": value})
@@ -229,7 +229,7 @@ ADVICE_BY_ERROR = {
     "truth value of Relational": "'or' and 'and' can't join equations: write a list of them, or Or(Eq(theta1, 0), "
     "Eq(theta2, pi))",
     "loop of ufunc does not support": "NumPy's functions accept only numbers: use SymPy's, as in sin(theta1)",
-    "onvert expression to float": "float() and the math module accept only numbers: use SymPy's functions, as in "
+    "convert expression to float": "float() and the math module accept only numbers: use SymPy's functions, as in "
     "sin(theta1)",
     "Cannot cast ufunc": "numpy.linalg accepts only numbers: write Matrix(…).det() or Matrix(…).inv()",
     "'FunctionClass'": "a function has no argument: write sin(theta1), for example",
@@ -245,7 +245,10 @@ PYTHON_HINTS = r"\. (Maybe you meant|Perhaps you forgot|Did you mean) .*\?$"
 
 
 def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
-    """Return an answer or, for a function, its result; `TABLE_PREFIX` if the request has no arguments for functions."""
+    """Return an answer or, for a function, its result.
+
+    Without arguments in the request, the result is `TABLE_PREFIX` alone, by which the grader recognises a function.
+    """
     if not issubclass(type(answer), FUNCTION_TYPES):  # isinstance would believe an object's `__class__`
         return answer
     arguments = next((value for slot, value in request["arguments"].items() if name.startswith(f"{slot}_")), None)
@@ -253,7 +256,7 @@ def evaluate_answer(answer: Any, name: str, request: dict[str, Any]) -> Any:
 
 
 def report_answers(
-    namespace: JsonObject, last_reports: dict[str, AnswerReport], request: JsonObject, alarm: Alarm, report: Report
+    namespace: JsonObject, last_reports: dict[str, AnswerReport], request: JsonObject, alarm: Alarm, report: SendReport
 ) -> list[str]:
     """Report each new or changed answer, as text or with the reason why it has no text; return the texts.
 

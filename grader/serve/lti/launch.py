@@ -36,7 +36,7 @@ from pylti1p3.exception import LtiException, OIDCException
 from qdot.exercises.common.console import escape_controls
 from qdot.grader.serve.class_list import load_assignments
 from qdot.grader.serve.errors import Refused, logger
-from qdot.grader.serve.frame_sessions import begin_frame_session, is_own_page
+from qdot.grader.serve.frame_sessions import is_from_own_page, use_frame_session
 from qdot.grader.serve.html_pages import render_page
 from qdot.grader.serve.lti.choosing import begin_choosing
 from qdot.grader.serve.lti.columns import find_resource_id, make_path, save_column
@@ -131,7 +131,7 @@ class Launch(DjangoMessageLaunch):
         state, proof = (self._get_request_param(name) or "" for name in ("state", "proof"))
         read_state(state)
         if proof:
-            if not (is_own_page(self._request._request) and constant_time_compare(proof, compute_proof(state))):
+            if not (is_from_own_page(self._request._request) and constant_time_compare(proof, compute_proof(state))):
                 raise LtiException("the proof is wrong, or comes from another page")
         elif not constant_time_compare(state, self._cookie_service.get_cookie(state) or ""):
             raise LtiException("the browser has no cookie of this login")
@@ -239,7 +239,7 @@ def launch(request: HttpRequest) -> HttpResponse:
             return _send_page(request, state, id_token=request.POST["id_token"])
         message.validate()
         if proof:
-            begin_frame_session(request)
+            use_frame_session(request)
         response = _open_launch(request, LtiLaunch(message))
     except (LtiException, *_MALFORMED_MESSAGE_ERRORS) as error:
         logger.warning("a launch was refused: %s", escape_controls(f"{type(error).__name__}: {error}")[:300])

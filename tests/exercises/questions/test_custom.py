@@ -21,7 +21,7 @@ from qdot.exercises.assignment.release import init_assignment
 from qdot.exercises.common.errors import QdotError, Reason
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.exports.boxes import arrange_options
-from qdot.exercises.exports.export_format import ComputeEarnedShare, ExportRequest
+from qdot.exercises.exports.export_format import ExportRequest, ShareOfTypedAnswer
 from qdot.exercises.exports.items import ChoiceForm, make_items
 from qdot.exercises.exports.known_wrong_answers import find_known_wrong_answers
 from qdot.exercises.exports.numeric_part import _sample_configurations
@@ -350,7 +350,7 @@ def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, mo
     text = (folder / "exports" / "stack" / "hw-stack.xml").read_text()
     assert "p1-001, midpoint: T" in text and "p1-001, tip: T" in text
 
-    def fail_for_tip(problem: Problem, part: Part, compute_earned_share: ComputeEarnedShare) -> StackPart | Reason:
+    def fail_for_tip(problem: Problem, part: Part, compute_earned_share: ShareOfTypedAnswer) -> StackPart | Reason:
         if part.name == "tip":
             raise ValueError("the sum diverges")
         return convert_part(problem, part, compute_earned_share)

@@ -140,7 +140,7 @@ def test_an_answer_that_takes_too_long_to_judge_is_ungraded(polar: Problem, monk
         return judge_parsed(problem, part, answer, seed)
 
     monkeypatch.setattr(marking, "judge_parsed", judge_slowly)
-    position, determinant = mark(polar, WRONG_ANSWERS, secret="s", allowance=TimeBudgets(Budget(0.5)))
+    position, determinant = mark(polar, WRONG_ANSWERS, secret="s", budgets=TimeBudgets(Budget(0.5)))
     assert position.judgement.outcome is Outcome.WRONG and position.points == 0
     assert determinant.judgement.outcome is Outcome.UNGRADED and determinant.points is None
     assert "takes more than 0.5 s of processor time" in determinant.judgement.reason
@@ -151,7 +151,7 @@ def test_running_out_of_time_for_follow_through_leaves_the_part_ungraded(
     polar: Problem, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(marking, "find_follow_through", lambda *_: compute_forever())
-    _, determinant = mark(polar, WRONG_ANSWERS, secret="s", allowance=TimeBudgets(Budget(0.5)))
+    _, determinant = mark(polar, WRONG_ANSWERS, secret="s", budgets=TimeBudgets(Budget(0.5)))
     assert determinant.judgement.outcome is Outcome.UNGRADED
 
 
@@ -159,7 +159,7 @@ def test_running_out_of_time_for_diagnosis_changes_no_mark(polar: Problem, monke
     expected = mark(polar, WRONG_ANSWERS, secret="s")
     assert expected[1].diagnosis is not None
     monkeypatch.setattr(marking, "diagnose", lambda *_: compute_forever())
-    verdicts = mark(polar, WRONG_ANSWERS, secret="s", allowance=TimeBudgets(diagnosing=Budget(0.2)))
+    verdicts = mark(polar, WRONG_ANSWERS, secret="s", budgets=TimeBudgets(diagnosing=Budget(0.2)))
     assert [verdict.diagnosis for verdict in verdicts] == [None, None]
     assert [(v.points, v.judgement) for v in verdicts] == [(v.points, v.judgement) for v in expected]
 
@@ -167,7 +167,7 @@ def test_running_out_of_time_for_diagnosis_changes_no_mark(polar: Problem, monke
 def test_a_sum_of_nine_thousand_terms_stays_within_its_limit(polar: Problem) -> None:
     terms = "+".join(f"sin({k}*theta1+d2)/{k + 2}" for k in range(9000))
     start = time.process_time()
-    verdicts = mark(polar, {"determinant": terms}, secret="s", allowance=TimeBudgets(Budget(1.0), Budget(0.5)))
+    verdicts = mark(polar, {"determinant": terms}, secret="s", budgets=TimeBudgets(Budget(1.0), Budget(0.5)))
     assert verdicts[1].judgement.outcome is Outcome.UNGRADED
     assert time.process_time() - start < 5
 

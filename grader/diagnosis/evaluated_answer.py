@@ -26,7 +26,7 @@ MIN_NUMBER_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True)
-class WrongAnswer:
+class EvaluatedAnswer:
     """A wrong answer with its values at some configurations, and its formulas as typed, if there are any.
 
     `symbol_values` has the values of all symbols at the configurations, and `numeric` the values of the answer.
@@ -45,12 +45,12 @@ class WrongAnswer:
 
     @cached_property
     def correct_values(self) -> np.ndarray:
-        """The values of the correct answer, (rows, columns, N)."""
+        """The values of the correct answer, (rows, columns, N), at N configurations."""
         return compute_answer(self.correct_stages, self.part)
 
     @cached_property
     def is_differentiated(self) -> np.ndarray:
-        """Whether each entry is found by differentiation, (rows, columns).
+        """For each entry, whether it is found by differentiation, (rows, columns).
 
         Angular entries are not, and neither are results computed from a Jacobian.
         """
@@ -82,7 +82,7 @@ class WrongAnswer:
         is_wrong = ~self.numeric.match_entries(self.correct_values) & ~is_blank
         return [(int(i), int(j)) for i, j in np.argwhere(is_wrong)]
 
-    def transpose_vector_if_needed(self) -> "WrongAnswer":
+    def transpose_vector_if_needed(self) -> "EvaluatedAnswer":
         """Return the same answer, transposed if a vector was typed as a row instead of a column, or vice versa."""
         shape, transposed_values = self.correct_values.shape, self.numeric.values.swapaxes(0, 1)
         if 1 not in shape[:2] or self.numeric.values.shape == shape or transposed_values.shape != shape:
@@ -91,8 +91,8 @@ class WrongAnswer:
         return replace(self, numeric=numeric, rows=None if self.rows is None else transpose(self.rows))
 
 
-def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> WrongAnswer | None:
-    """Evaluate an answer at configurations; return None if the part isn't derived or the answer has no values."""
+def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, seed: str) -> EvaluatedAnswer | None:
+    """Evaluate an answer at configurations; None if the part isn't derived step by step or the answer has no values."""
     if not is_derived_step_by_step(part):
         return None
     if parsed_answer.table is not None:
@@ -102,10 +102,10 @@ def evaluate_answer(problem: Problem, part: Part, parsed_answer: ParsedAnswer, s
         numeric = _evaluate_entries(part, parsed_answer, values)
     except ParseError:  # a refused answer may contain equations, which have no value
         return None
-    return None if numeric is None else WrongAnswer(problem, part, values, numeric, parsed_answer.rows)
+    return None if numeric is None else EvaluatedAnswer(problem, part, values, numeric, parsed_answer.rows)
 
 
-def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> WrongAnswer | None:
+def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> EvaluatedAnswer | None:
     """Return the wrong answer of a Python function, with the values that the function returned in the sandbox."""
     if table.shape is None or len(table.shape) > 2:
         return None
@@ -113,7 +113,7 @@ def _evaluate_function(problem: Problem, part: Part, table: FunctionValues) -> W
     rows_and_columns = (*table.shape, 1, 1)[:2]
     outputs = table.values[:SAMPLE_COUNT].T.reshape(*rows_and_columns, -1)
     numeric = NumericAnswer(outputs, np.abs(outputs), _choose_formula_tolerances(part), part.answer.is_direction)
-    return WrongAnswer(problem, part, values, numeric)
+    return EvaluatedAnswer(problem, part, values, numeric)
 
 
 def _choose_formula_tolerances(part: Part) -> Tolerances:
