@@ -140,7 +140,7 @@ def _use_rates_at_start(chain: Chain, details: PathDetails) -> RatesWithWords:
 def _skip_normalization(chain: Chain, details: PathDetails) -> RatesWithWords:
     """Yield the rates for the velocity (B - A) v, in which B - A is not divided by the length of the line."""
     lines = [(details.welding_line.make_path(chain), "")]
-    extra_words = ", and to have left out the constant that the table adds to a joint variable"
+    extra_words = ", and to have left out the constant that is added to a joint variable"
     lines += [(line, extra_words) for line, _ in _list_lines_without_offset(chain, details)]
     for line, words in lines:
         wrong_speed = float(details.welding_line.speed) * float(line.length)

@@ -182,7 +182,7 @@ def test_the_page_links_the_first_part_to_correct_of_each_problem(assignment: As
     _, page = make_page(assignment, mixed_result)
     [links] = [text for attrs, text in page.all("p") if attrs.get("class") == "review"]
     first, second = "1.2 Jacobian by differentiation (partly right)", "2.2 Velocity caused by one joint (wrong)"
-    assert links == f"Start with: {first}, {second}"
+    assert links == f"First question to look at in each problem: {first}, {second}"
     assert make_page(assignment, make_result(assignment))[0].count('class="review"') == 0
     reason = "the cell with this answer stopped at line 1, x = y (NameError: name 'y' is not defined)"
     crashed = change_part(mixed_result, "p1.position", outcome=Outcome.MISSING, answer=None, reason=reason)
