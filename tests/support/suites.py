@@ -69,7 +69,7 @@ def on_families(names: Sequence[str]) -> pytest.MarkDecorator:
 every_family = pytest.mark.families(tuple(FAMILIES), every=True)
 """Run a test on every family in `make test`, too: use it for quick tests only."""
 
-FEW = ("polar-rp", "pan-tilt", "wrist-zyz")
+FEW = ("polar-rp", "wrist-zyz")
 few_families = pytest.mark.families(select_for_suite(FEW, tuple(SHAPES.values())), every=True)
 """Run a test on the families FEW, in `make whole` on SHAPES. Use it for slow tests that don't depend on the arm."""
 few_or_all_families = pytest.mark.families(select_for_suite(FEW, tuple(FAMILIES)), every=True)

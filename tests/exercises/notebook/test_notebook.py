@@ -302,9 +302,7 @@ def _sabotaged(problem: Problem) -> Iterator[tuple[str, str, Any]]:
 
 @pytest.mark.parametrize(
     ("family", "convention"),
-    select_for_suite(
-        [*zip(FEW, ("screws", "dh", "screws"), strict=True)], [*product(SHAPES.values(), ("dh", "screws"))]
-    ),
+    select_for_suite([*zip(FEW, ("screws", "dh"), strict=True)], [*product(SHAPES.values(), ("dh", "screws"))]),
 )
 def test_an_entry_gone_wrong_does_not_fit(family: str, convention: str) -> None:
     problem = get_problem(family, 0, convention=convention)

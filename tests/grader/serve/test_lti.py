@@ -38,6 +38,7 @@ from qdot.grader.serve.models import Classroom, Person, PointsOverride, ScoreDel
 from tests.grader.serve.platform import AGS, CLAIM, MEMBERSHIP, TOOL, Platform, make_key
 from tests.support import DATA
 from tests.support.serving import ASSETS, find_folder
+from tests.support.suites import sample_for_suite
 
 pytestmark = pytest.mark.usefixtures("platform")
 
@@ -616,7 +617,9 @@ def test_scores_arrive_at_once_and_again_when_they_change(course: Platform) -> N
     assert course.list_points() == [("ada", 3), ("ada", 2)]
 
 
-@pytest.mark.parametrize("trouble", [requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429])
+@pytest.mark.parametrize(
+    "trouble", sample_for_suite([requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429], 2)
+)
 def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
     course: Platform, trouble: int | Exception
 ) -> None:
@@ -639,7 +642,7 @@ def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
     assert sorted(course.list_points()) == [("ada", 2), ("henri", 2)]
 
 
-@pytest.mark.parametrize("trouble", [404, 403, 400, 401, 409, 422])
+@pytest.mark.parametrize("trouble", sample_for_suite([404, 403, 400, 401, 409, 422], 2))
 def test_a_score_that_the_platform_keeps_refusing_is_left_to_the_staff(course: Platform, trouble: int) -> None:
     for user in ("ada", "henri"):
         _set_points(user, 2)
