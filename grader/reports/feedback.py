@@ -54,7 +54,7 @@ NO_ANSWERS_NOTE = "Your notebook has no answer to any question. Did you submit t
 ADVICE_BY_STATUS = {
     "missing": "If you did submit your notebook, tell your instructor.",
     "unusable": "Check the file that you submitted. If you can still submit, submit your notebook for this assignment: "
-    "open it in Jupyter, save it, and submit that file. If it does not open, or if it is too late, tell your instructor.",
+    "open it in Jupyter, save it, and submit that file. If it does not open or it is too late, tell your instructor.",
 }
 """Maps the status of work (`find_work_status`) to what a student can do if there was no notebook to grade."""
 MAX_PARTS_WITHOUT_OVERVIEW = 6
