@@ -11,7 +11,7 @@ from qdot.exercises.common.files import make_zip
 from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
-from qdot.exercises.exports.wheel import list_versions, make_wheel
+from qdot.exercises.exports.wheel import make_wheel, write_versions
 from qdot.exercises.writing.render import render
 
 
@@ -23,7 +23,7 @@ def export_gradescope(request: ExportRequest) -> Generator[ExportedFile, None, N
     private_files = read_assignment_files(assignment) | {SECRET_FILE: f"{assignment.secret}\n".encode()}
     files: dict[str, str | bytes] = {path: render(template, **context) for path, template in scripts.items()}
     files |= {f"assignment/{path}": data for path, data in private_files.items()}
-    files |= {make_wheel().file_name: make_wheel().content, "versions.txt": list_versions()}
+    files |= {make_wheel().file_name: make_wheel().content, "versions.txt": write_versions()}
     permissions = dict.fromkeys(scripts, 0o755) | {f"assignment/{path}": 0o600 for path in private_files}
     yield ExportedFile("autograder.zip", make_zip(files, permissions), is_private=True)
     yield ExportedFile("README.md", render("exports/gradescope-readme.md.j2", **context))

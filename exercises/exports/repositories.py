@@ -13,7 +13,7 @@ from qdot.exercises.common.errors import QdotError
 from qdot.exercises.exports.assignment_files import read_assignment_files
 from qdot.exercises.exports.export_format import ExportedFile, ExportRequest
 from qdot.exercises.exports.handouts import collect_handouts
-from qdot.exercises.exports.wheel import list_versions, make_wheel
+from qdot.exercises.exports.wheel import make_wheel, write_versions
 from qdot.exercises.writing.render import render
 
 WORKFLOWS = {
@@ -36,7 +36,7 @@ GITHUB_LOGIN = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9-]{0,37}[A-Za-z0-9])?")
 def export_repositories(request: ExportRequest, platform: str) -> Generator[ExportedFile, None, None]:
     """Yield the files of all repositories. `platform` is "github" or "gitlab"."""
     handouts = collect_handouts(request)
-    wheel, versions = make_wheel(), list_versions()
+    wheel, versions = make_wheel(), write_versions()
     python_version = f"{sys.version_info.major}.{sys.version_info.minor}"
     context = handouts.context | {"platform": platform, "python": python_version, "actions": ACTIONS}
     grading_workflow, checking_workflow = WORKFLOWS[platform]
@@ -48,7 +48,7 @@ def export_repositories(request: ExportRequest, platform: str) -> Generator[Expo
     yield ExportedFile(f"grading/{grading_workflow}", render(f"exports/{platform}-grade.yml.j2", **context))
     yield ExportedFile("grading/README.md", render("exports/grading-readme.md.j2", **context))
     yield ExportedFile("grading/.gitignore", render("exports/gitignore.j2", **context))
-    yield ExportedFile("grading/repositories.csv", _list_repositories(request, platform))
+    yield ExportedFile("grading/repositories.csv", _write_repository_table(request, platform))
     yield ExportedFile(f"grading/{wheel.file_name}", wheel.content)
     yield ExportedFile("grading/versions.txt", versions)
     for student, notebook in handouts.iterate_notebooks():
@@ -60,7 +60,7 @@ def export_repositories(request: ExportRequest, platform: str) -> Generator[Expo
         yield ExportedFile(f"{folder}/.qdot/versions.txt", versions)
 
 
-def _list_repositories(request: ExportRequest, platform: str) -> str:
+def _write_repository_table(request: ExportRequest, platform: str) -> str:
     """Return a table of repositories, students and logins as CSV. Raises QdotError if a login is invalid.
 
     The name is the cell in the roster's column `repository`, or else OWNER/KEY-STUDENT. The logins are from

@@ -62,7 +62,7 @@ def _read_package_files() -> dict[str, bytes]:
     return {name: path.read_bytes() for name, path in sorted(path_by_name.items())}
 
 
-def list_versions() -> str:
+def write_versions() -> str:
     """Return the versions of the libraries installed here, one per line, as a constraints file for pip."""
     pinned_versions: dict[str, str] = {}
     unvisited_distributions = [distribution(DISTRIBUTION)]

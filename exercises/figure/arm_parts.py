@@ -237,7 +237,7 @@ def draw_ground(scene: Scene) -> Drawing:
     if view.is_end_on(z):
         middle, half_width = origin - PEDESTAL_HEIGHT / view.scale * y, PEDESTAL_HALF_WIDTH / view.scale
         foot = [origin, middle - half_width * x, middle + half_width * x]
-        pedestal = Polyline(view.to_pixel_path(foot), "pedestal", True)
+        pedestal = Polyline(view.to_pixel_path(foot), "pedestal", is_closed=True)
         return Drawing((pedestal, *_draw_hatched_line(view, middle, x, -y)))
     half_height = JOINT_HALF_LENGTH if scene.chain.joints[0].is_revolute else SLEEVE_HALF_LENGTH
     ground_level = min(float((scene.glyph_positions[0] - origin) @ z) * view.scale, 0.0) - half_height
@@ -245,7 +245,7 @@ def draw_ground(scene: Scene) -> Drawing:
     if scene.is_flat:
         return Drawing(_draw_hatched_line(view, middle, x if view.lies_flat(x) else y, -z))
     corners = [middle + size * (a * x + b * y) for a, b in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
-    shapes: list[Shape] = [Polyline(view.to_pixel_path(corners), "plate", True)]
+    shapes: list[Shape] = [Polyline(view.to_pixel_path(corners), "plate", is_closed=True)]
     for k in np.linspace(-1.5, 1.5, 9):  # the lines a + b = k of the square
         ends = [(min(1.0, k + 1), max(-1.0, k - 1)), (max(-1.0, k - 1), min(1.0, k + 1))]
         shapes.append(Polyline(view.to_pixel_path([middle + size * (a * x + b * y) for a, b in ends]), "hatch"))

@@ -74,17 +74,18 @@ def _convert_elements(parent: ET.Element, frame: _GroupFrame, outer_attributes: 
             yield from _convert_elements(element, _transform_frame(frame, element.get("transform", "")), attributes)
         elif tag in ("polyline", "polygon"):
             points = tuple(frame.transform(*pair.split(",")) for pair in attributes["points"].split())
-            yield Stroke(_list_tikz_options(attributes, frame), points, tag == "polygon")
+            yield Stroke(_list_tikz_options(attributes, frame), points, is_closed=tag == "polygon")
         elif tag == "circle":
             centre = frame.transform(attributes["cx"], attributes["cy"])
-            yield Stroke(_list_tikz_options(attributes, frame), (centre,), True, frame.scale * float(attributes["r"]))
+            options, radius = _list_tikz_options(attributes, frame), frame.scale * float(attributes["r"])
+            yield Stroke(options, (centre,), is_closed=True, radius=radius)
         elif tag == "rect":
             x, y, width, height = (float(attributes[name]) for name in ("x", "y", "width", "height"))
             corners = ((x, y), (x + width, y), (x + width, y + height), (x, y + height))
             corner_radius = POINTS_PER_PIXEL * frame.scale * float(attributes.get("rx", 0))
             rounding = f"rounded corners={corner_radius:.1f}pt"
             points = tuple(frame.transform(*corner) for corner in corners)
-            yield Stroke((*_list_tikz_options(attributes, frame), rounding), points, True)
+            yield Stroke((*_list_tikz_options(attributes, frame), rounding), points, is_closed=True)
         elif tag == "text":
             yield _convert_text(element, attributes, frame)
         elif tag not in ("title", "desc"):

@@ -104,7 +104,7 @@ def draw_cylinder(
     x, y = view.to_pixels(center)
     rings = _compute_cylinder_rings(tuple(view.axes.ravel().tolist()), tuple(axis.tolist()), radius, half_length)
     outline, front = (tuple((x + dx, y + dy) for dx, dy in ring) for ring in rings)
-    return (Polyline(outline, "joint-side", True), Polyline(front, "joint-face", True))
+    return (Polyline(outline, "joint-side", is_closed=True), Polyline(front, "joint-face", is_closed=True))
 
 
 @lru_cache(maxsize=1024)
@@ -140,7 +140,7 @@ def draw_sleeve(
             continue
         middle = center + normal * (1.0 if toward_reader > 0 else -1.0)
         corners = [middle + a + b, middle - a + b, middle - a - b, middle + a - b]
-        faces.append(Polyline(view.to_pixel_path(corners), "joint-face" if k == 0 else "joint-side", True))
+        faces.append(Polyline(view.to_pixel_path(corners), "joint-face" if k == 0 else "joint-side", is_closed=True))
     return tuple(faces)
 
 
@@ -164,7 +164,7 @@ def draw_line_with_arrowhead(
     head = ((x1, y1), (bx - uy * wing, by + ux * wing), (bx + uy * wing, by - ux * wing))
     # the line ends inside the head, so that its blunt end does not show at the tip
     line_end = (x1 - ux * min(head_length, length) * 0.7, y1 - uy * min(head_length, length) * 0.7)
-    return (Polyline((*points[:-1], line_end), style), Polyline(head, f"{style}-head", True))
+    return (Polyline((*points[:-1], line_end), style), Polyline(head, f"{style}-head", is_closed=True))
 
 
 def compute_unit_vector(x: np.ndarray, y: np.ndarray, angle: float | np.ndarray) -> np.ndarray:

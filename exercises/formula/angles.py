@@ -72,7 +72,7 @@ def _compute_angle(op: str, args: Sequence[Angle], constant: Any) -> Angle | Non
     if op == "number":
         return Angle({"": constant})
     if op == "name" and constant != "E":
-        return Angle({"": Fraction(1)}, True) if constant == "I" else Angle({constant: Fraction(1)})
+        return Angle({"": Fraction(1)}, is_imaginary=True) if constant == "I" else Angle({constant: Fraction(1)})
     if op == "sum":
         return _add_angles(args, constant)
     if op == "neg":

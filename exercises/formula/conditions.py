@@ -104,16 +104,16 @@ class _CompiledPiece:
         is_real = np.abs(complex_values.imag) < SEARCH_TOLERANCE
         return _Residuals(np.where(is_real, complex_values.real, np.nan), sizes)
 
-    def compute_derivatives(self, values: Configurations, square_residuals: bool = False) -> np.ndarray:
+    def compute_derivatives(self, values: Configurations, squares_residuals: bool = False) -> np.ndarray:
         """Return the derivatives (configurations, expressions, joints) by central differences of the free joints.
 
-        If `square_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
+        If `squares_residuals`, the expressions are squared first: sqrt(x^2) has no derivative at its zero, but x^2 has.
         """
         step = 1e-6  # rad or m
         shifts = [(joint, sign * step) for sign in (1, -1) for joint in self.free_joints]
         shifted_residuals = self.compute_residuals(_shift_joints(values, shifts)).values
         shifted_residuals = shifted_residuals.reshape(-1, 2, len(self.free_joints), _count_configurations(values))
-        shifted_residuals = shifted_residuals**2 if square_residuals else shifted_residuals
+        shifted_residuals = shifted_residuals**2 if squares_residuals else shifted_residuals
         return np.asarray((shifted_residuals[:, 0] - shifted_residuals[:, 1]).transpose(2, 0, 1) / (2 * step))
 
     def project_onto_zeros(self, values: dict[str, np.ndarray]) -> np.ndarray:
@@ -124,10 +124,10 @@ class _CompiledPiece:
         converges, as for sqrt(s1^2 + s2^2), all searches are repeated with the squares of the expressions.
         """
         start_values = {joint: values[joint].copy() for joint in self.free_joints}
-        is_converged = self._search_zeros(values, square_residuals=False)
+        is_converged = self._search_zeros(values, squares_residuals=False)
         if self.free_joints and not is_converged.any():
             values.update({joint: column.copy() for joint, column in start_values.items()})
-            is_converged = self._search_zeros(values, square_residuals=True)
+            is_converged = self._search_zeros(values, squares_residuals=True)
         return is_converged
 
     def _subtract_steps(self, values: dict[str, np.ndarray], steps: np.ndarray) -> None:
@@ -135,7 +135,7 @@ class _CompiledPiece:
         for k, joint in enumerate(self.free_joints):
             values[joint] = values[joint] - steps[:, k]
 
-    def _search_zeros(self, values: dict[str, np.ndarray], square_residuals: bool) -> np.ndarray:
+    def _search_zeros(self, values: dict[str, np.ndarray], squares_residuals: bool) -> np.ndarray:
         """Move the free joints until they converge; return for each configuration whether its search converged."""
         last_steps = np.full(_count_configurations(values), np.inf)
         # Use the sizes at the random start: near a zero, terms may be small, such as the only term of sin(theta).
@@ -147,8 +147,8 @@ class _CompiledPiece:
             residual = self.compute_residuals(values).values * varies[:, None]
             if not self.free_joints or np.all((last_steps < _STOP_STEP) | ~np.isfinite(residual).all(axis=0)):
                 break
-            derivatives = self.compute_derivatives(values, square_residuals) * varies[:, None]
-            if square_residuals:
+            derivatives = self.compute_derivatives(values, squares_residuals) * varies[:, None]
+            if squares_residuals:
                 residual = residual**2
             is_finite = np.isfinite(derivatives).all(axis=(1, 2)) & np.isfinite(residual).all(axis=0)
             derivatives[~is_finite] = 0.0
@@ -157,11 +157,11 @@ class _CompiledPiece:
             steps *= np.minimum(1.0, _MAX_STEP / largest_change)
             last_steps = np.where(is_finite, np.abs(steps).max(axis=1), np.inf)
             self._subtract_steps(values, steps)
-        if not square_residuals:
+        if not squares_residuals:
             last_steps = np.minimum(last_steps, self._polish(values, typical_sizes[0]))
         residual, _ = self.compute_residuals(values)
         # a zero of a square is a double zero, and only half of its digits can be found
-        largest_residual = 1e-7 if square_residuals else _CONVERGED_RESIDUAL
+        largest_residual = 1e-7 if squares_residuals else _CONVERGED_RESIDUAL
         with np.errstate(all="ignore"):
             is_near = np.all(np.abs(residual) <= largest_residual * typical_sizes, axis=0)
         return np.asarray(is_near & ((last_steps < _CONVERGED_STEP) | (not self.free_joints)))

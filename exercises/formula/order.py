@@ -148,10 +148,10 @@ def _may_start_with_minus(factor: sp.Expr) -> bool:
 
 
 @lru_cache(maxsize=4096)
-def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[SignedTerm, ...]:
-    """Return the terms of a sum in order; if `flip_signs`, all signs are changed."""
+def order_terms(expression: sp.Expr, flips_signs: bool = False) -> tuple[SignedTerm, ...]:
+    """Return the terms of a sum in order; if `flips_signs`, all signs are changed."""
     sorted_terms = sorted(sp.Add.make_args(expression), key=_make_term_key)
-    signed_terms = [_split_sign(term, flip_signs) for term in sorted_terms]
+    signed_terms = [_split_sign(term, flips_signs) for term in sorted_terms]
     if any(map(_contains_trig_or_motion, sorted_terms)):
         # 0.12 + a_2 c_2, but a_1 c_1 - 0.6: a constant comes first unless it is subtracted
         signed_terms.sort(key=lambda signed: 1 if _contains_trig_or_motion(signed.term) else 2 * signed.is_negative)
@@ -164,11 +164,11 @@ def order_terms(expression: sp.Expr, flip_signs: bool = False) -> tuple[SignedTe
     return tuple(signed_terms)
 
 
-def _split_sign(term: sp.Expr, flip_signs: bool) -> SignedTerm:
-    """Return a term with its sign or, if `flip_signs`, with the opposite sign."""
-    if flip_signs and not (opposite := -term).is_Add:
+def _split_sign(term: sp.Expr, flips_signs: bool) -> SignedTerm:
+    """Return a term with its sign or, if `flips_signs`, with the opposite sign."""
+    if flips_signs and not (opposite := -term).is_Add:
         return SignedTerm(order_product(opposite).is_negative, opposite)
-    return SignedTerm(order_product(term).is_negative != flip_signs, term)
+    return SignedTerm(order_product(term).is_negative != flips_signs, term)
 
 
 def _move_plus_first(signed_terms: list[SignedTerm]) -> list[SignedTerm]:

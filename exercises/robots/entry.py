@@ -47,13 +47,13 @@ def _get_unit_hint(is_angle: bool) -> str:
     return 'angles are in radians, as in "pi/2"' if is_angle else 'lengths are in metres, as in 0.4 or "a1"'
 
 
-def parse_entry(raw: object, is_angle: bool, in_degrees: bool = False) -> sp.Expr:
+def parse_entry(raw: object, is_angle: bool, is_in_degrees: bool = False) -> sp.Expr:
     """Parse a table entry (rad or m) into an exact SymPy expression, in which decimals become fractions.
 
-    If `in_degrees` is true, the numeric terms of an angle are in degrees; they are converted to radians. Raises
+    If `is_in_degrees` is true, the numeric terms of an angle are in degrees; they are converted to radians. Raises
     QdotError.
     """
-    if in_degrees and is_angle:
+    if is_in_degrees and is_angle:
         return _parse_degrees(raw)
     if isinstance(raw, bool) or not isinstance(raw, (int, Decimal, str)):
         raise QdotError(f"expected a number, or an expression in quotes; {_get_unit_hint(is_angle)}")

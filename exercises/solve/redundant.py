@@ -148,7 +148,8 @@ def generate_redundant_events(chain: Chain) -> Iterator[str | RedundantSingulari
 
 
 def _add_meaning(component: Component, meaning: str) -> SingularComponent:
-    return SingularComponent(component.conditions, component.solutions, Classification("", False, meaning))
+    classification = Classification("", is_uniform=False, meaning=meaning)
+    return SingularComponent(component.conditions, component.solutions, classification)
 
 
 def _describe_component(chain: Chain, component: Component, samples: Sequence[Sample]) -> SingularComponent:

@@ -165,7 +165,7 @@ def generate_singular_events(chain: Chain) -> Iterator[str | PartialResult | Sin
         except TooLong as error:
             reason = error
     remark = f"The singular configurations were not derived: {reason}. Position and Jacobian are complete."
-    yield Singularities(None, None, remark)
+    yield Singularities(determinant=None, components=None, remark=remark)
 
 
 def _solve_by_minors(chain: Chain) -> Iterator[str | PartialResult | Singularities]:
@@ -218,7 +218,7 @@ def _solve_by_elimination(chain: Chain) -> Iterator[str | PartialResult | Singul
         if isinstance(event, str):
             yield event
         elif event.is_always_singular:
-            yield Singularities(None, None, ALWAYS_SINGULAR, event)
+            yield Singularities(None, None, ALWAYS_SINGULAR, redundant=event)
         else:
             remark = _describe_numeric_check(chain, event)
             if event.is_described:

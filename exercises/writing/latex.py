@@ -109,15 +109,15 @@ class _ExpressionLayout:
     def lay_out(self, expression: sp.Expr) -> Pieces:
         return _join_terms(self.lay_out_terms(expression))
 
-    def lay_out_terms(self, expression: sp.Expr, flip_signs: bool = False) -> list[_SignedTerm]:
-        """Return the terms of a sum in reading order, with all signs changed if `flip_signs`."""
-        terms = order.order_terms(expression, flip_signs)
+    def lay_out_terms(self, expression: sp.Expr, flips_signs: bool = False) -> list[_SignedTerm]:
+        """Return the terms of a sum in reading order, with all signs changed if `flips_signs`."""
+        terms = order.order_terms(expression, flips_signs)
         return [_SignedTerm(is_negative, self.cached_product(term).pieces) for is_negative, term in terms]
 
     def lay_out_product(self, expression: sp.Expr) -> _SignedTerm:
         """Return a product and its sign; the signs of sums in brackets are chosen so that few begin with a minus."""
         if expression.is_Add:
-            return _SignedTerm(False, self.lay_out(expression))
+            return _SignedTerm(is_negative=False, pieces=self.lay_out(expression))
         coefficient, remainder = expression.as_coeff_Mul()
         if remainder == 1:
             return self.lay_out_number(coefficient)
@@ -143,9 +143,9 @@ class _ExpressionLayout:
             pieces += self.lay_out_factor(factor, factor in flipped_sums, is_alone)
         return tuple(pieces)
 
-    def lay_out_factor(self, factor: sp.Expr, flip_signs: bool = False, is_alone: bool = False) -> Pieces:
+    def lay_out_factor(self, factor: sp.Expr, flips_signs: bool = False, is_alone: bool = False) -> Pieces:
         if factor.is_Add:
-            terms = _join_terms(self.lay_out_terms(factor, flip_signs))
+            terms = _join_terms(self.lay_out_terms(factor, flips_signs))
             return terms if is_alone else layout.bracket(terms, _TALL)
         if factor.is_Pow:
             return self.lay_out_power(factor.base, factor.exp)
@@ -212,7 +212,7 @@ class _ExpressionLayout:
             pieces = layout.make_scientific_number(digits, int(power)) if power else make_digits(digits)
             return _SignedTerm(is_negative, pieces)
         if not size.is_Rational:
-            return _SignedTerm(False, self.lay_out_factor(value))
+            return _SignedTerm(is_negative=False, pieces=self.lay_out_factor(value))
         if (decimal_digits := write_decimal(size)) is not None:
             return _SignedTerm(is_negative, make_digits(decimal_digits))
         return _SignedTerm(is_negative, (make_numeric_fraction(size.p, size.q),))

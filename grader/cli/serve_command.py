@@ -193,13 +193,13 @@ def links(
     new_count = len(summary.new) + len(summary.replaced)
     print_result(f"{count_noun(summary.total, 'link')} in {out}, {new_count} new; send each person only their own link")
     if summary.replaced:
-        note(f"the old links of {_list_people(summary.replaced)} no longer work")
+        note(f"the old links of {_write_people(summary.replaced)} no longer work")
     if summary.unknown:
         advice = "find an older copy, or make new ones with --student ID or --renew; the old ones then stop working"
-        note(f"{out} lacks the links of {_list_people(summary.unknown)}: {advice}")
+        note(f"{out} lacks the links of {_write_people(summary.unknown)}: {advice}")
 
 
-def _list_people(people: "list[Person]") -> str:
+def _write_people(people: "list[Person]") -> str:
     return write_first([person.student_id for person in people], 5)
 
 

@@ -165,7 +165,7 @@ def _make_example_answer(form: Mapping[str, object]) -> Answer | None:
         return None
     zeros = sp.zeros(*map(int, shape))  # a notebook's numbers may be floats such as 3.0
     if answer_type == Number.type and _is_name_list(units) and len(units) == len(zeros):
-        return Number(zeros, tuple(units), 0, 0)
+        return Number(zeros, tuple(units), tolerance=0, floor=0)
     return {Matrix.type: Matrix(zeros), Direction.type: Direction(zeros)}.get(str(answer_type))
 
 

@@ -65,7 +65,7 @@ def check_class(
     sample = dict(read_sample(assignment, submissions.by_student, ids))
     other_keys = [key for key in _map_claims(sample, "assignment").values() if key != assignment.key]
     if 2 * len(other_keys) > len(sample) > 1:
-        difference = f"another assignment ({_list_names(sorted(set(other_keys)))}), not to {assignment.key!r}"
+        difference = f"another assignment ({_write_names(sorted(set(other_keys)))}), not to {assignment.key!r}"
         obstacle = f"{len(other_keys)} of {len(sample)} notebooks belong to {difference}, so nothing was graded"
         raise QdotError(f"{named_path}: {obstacle}. Is this the right folder?")
     owners = {student: owner for student, owner in _map_claims(sample, "student").items() if owner != student}
@@ -120,9 +120,9 @@ def _describe_likely_cause(unknown_names: Sequence[str], ids: Sequence[str], ass
     if name in unknown_names:
         return f"{name} does not name its student. Put it into a folder named after the student: STUDENT/{name}"
     return (
-        f"It contains {_list_names(unknown_names)}; the roster has {_list_names(ids)}. Is this the right class? Unpack "
-        "archives first, and name each file or folder after its student, as in STUDENT.ipynb. If a platform uses other "
-        "identifiers, add them to roster.csv as a column (docs/submissions.md)"
+        f"It contains {_write_names(unknown_names)}; the roster has {_write_names(ids)}. Is this the right class? "
+        "Unpack archives first, and name each file or folder after its student, as in STUDENT.ipynb. If a platform "
+        "uses other identifiers, add them to roster.csv as a column (docs/submissions.md)"
     )
 
 
@@ -159,6 +159,6 @@ def _normalize(identifier: str) -> str:
     return re.sub(r"(?<!\d)0+(?=\d)", "", unicodedata.normalize("NFKC", identifier).casefold())
 
 
-def _list_names(names: Sequence[str]) -> str:
+def _write_names(names: Sequence[str]) -> str:
     """Return the first few names, in quotes."""
     return write_first(list(map(repr, names)), MAX_NAMES_LISTED)

@@ -207,7 +207,7 @@ class Sandbox:
         self._folder: TemporaryFolder | None = None
         self._last_report: _ReportLines | None = None
         self._unread_messages = b""
-        self._cost = Cost(0.0, 0.0)
+        self._cost = Cost(seconds=0.0, memory=0.0)
 
     def __enter__(self) -> "Sandbox":
         return self
@@ -318,7 +318,7 @@ class Sandbox:
     def collect_cost(self) -> Cost:
         """Return the processor time of all notebooks since the last call, and the largest memory of any."""
         self._finish_last_notebook()
-        cost, self._cost = self._cost, Cost(0.0, 0.0)
+        cost, self._cost = self._cost, Cost(seconds=0.0, memory=0.0)
         return cost
 
     @property

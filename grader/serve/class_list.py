@@ -22,7 +22,7 @@ def load_assignments() -> dict[str, Assignment]:
     return _find_assignments().load_all()
 
 
-def find_file_error(key: str) -> str:
+def describe_file_error(key: str) -> str:
     """Return a sentence about an error in an assignment's files; "" if there is none."""
     error = _find_assignments().errors.get(load_assignments()[key].folder, "")
     return error and f"{error}. The last version without this error is in use."

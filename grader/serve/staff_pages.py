@@ -21,7 +21,7 @@ from qdot.grader.reports.feedback_levels import capitalize
 from qdot.grader.serve.class_list import (
     count_file_changes,
     describe_class,
-    find_file_error,
+    describe_file_error,
     find_student,
     load_class_assignment,
 )
@@ -46,7 +46,7 @@ def record_action(person: Person, summary: str) -> None:
     StaffAction.objects.create(classroom=person.classroom, person=person, summary=summary[:500])
 
 
-def find_version(classroom: Classroom, key: str) -> str:
+def make_page_version(classroom: Classroom, key: str) -> str:
     """Return a text that changes whenever the page of the class has something new to show."""
     submissions = Submission.objects.filter(person__classroom=classroom, assignment=key)
     counts = submissions.aggregate(last=Max("pk"), marked=Count("marks"))
@@ -68,7 +68,7 @@ def show_class_page(request: HttpRequest, person: Person, key: str) -> HttpRespo
 def get_results(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Return the results of the class; status 204 if they haven't changed since the version `since`."""
     assignment = load_class_assignment(person.classroom, key)
-    version = find_version(person.classroom, key)
+    version = make_page_version(person.classroom, key)
     if request.GET.get("since") == version:
         return HttpResponse(status=204)
     results = compute_results(assignment, person.classroom)
@@ -114,7 +114,7 @@ def describe_class_results(assignment: Assignment, classroom: Classroom, results
     text_parts = {f"{slot.name}.{name}" for slot in assignment.slots for name in slot.text_questions}
     return {
         "title": assignment.title, "due": _format_time(assignment.due_date),
-        "max_score": sum_points(max_points.values()), "file_error": find_file_error(assignment.key),
+        "max_score": sum_points(max_points.values()), "file_error": describe_file_error(assignment.key),
         "parts": [
             {"name": name, "title": titles[name], "max_points": points, "is_text": name in text_parts}
             for name, points in max_points.items()
@@ -265,7 +265,7 @@ def read_due_date(text: object) -> datetime.datetime:
 def post_regrade(request: HttpRequest, person: Person, key: str) -> HttpResponse:
     """Mark outdated submissions again, and return the changed marks. With the token of these changes, accept them."""
     content, assignment = read_json(request), load_class_assignment(person.classroom, key)
-    if error := find_file_error(key):
+    if error := describe_file_error(key):
         raise Refused(409, error)
     if "token" not in content:
         return JsonResponse(continue_regrading(assignment, person.classroom)._asdict())

@@ -280,7 +280,7 @@ def _split_script(text: str) -> Iterator[Cell]:
         body, is_text = lines[number + 1 : end], re.search(r"\[(markdown|md|raw)\]", header)
         if is_text:
             body = [re.sub(r"^# ?", "", line) for line in body]
-        yield Cell("\n".join(body).strip("\n"), _find_part(header), not is_text)
+        yield Cell("\n".join(body).strip("\n"), _find_part(header), is_code=not is_text)
 
 
 def _split_statements(text: str, lines: list[str]) -> Iterator[Cell]:
@@ -339,14 +339,14 @@ def _split_markdown(text: str) -> Iterator[Cell]:
     for line in text.split("\n"):
         match = _FENCE_LINE.fullmatch(line)
         if not fence and match and _PYTHON_FENCE.match(match.group(2)):
-            yield Cell("\n".join(body), None, False)
+            yield Cell("\n".join(body), is_code=False)
             (fence, info), body = match.groups(), []
         elif fence and match and match.group(1).startswith(fence) and not match.group(2):
             yield _make_fenced_cell(info, body)
             fence, body = "", []
         else:
             body.append(line)
-    yield _make_fenced_cell(info, body) if fence else Cell("\n".join(body), None, False)
+    yield _make_fenced_cell(info, body) if fence else Cell("\n".join(body), is_code=False)
 
 
 def _make_fenced_cell(info: str, body: list[str]) -> Cell:

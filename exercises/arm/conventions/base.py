@@ -163,7 +163,7 @@ class Convention:
 
     # --- names ---
 
-    def name_axis(self, joint: int | None = None, at_home: bool = False) -> str:
+    def name_axis(self, joint: int | None = None, is_at_home: bool = False) -> str:
         """Return the name of a joint's axis; without a `joint`, the name of the axis of a revolute joint i."""
         return f"z_{{{self._format_axis_index(joint)}}}"
 

@@ -35,10 +35,10 @@ class Screws(Convention):
         """Whether the angular velocity comes first in twists, which is the default."""
         return self.chain.twist_order == self.twist_orders[0]
 
-    def name_axis(self, joint: int | None = None, at_home: bool = False) -> str:
+    def name_axis(self, joint: int | None = None, is_at_home: bool = False) -> str:
         """Return the name of an axis direction, with a prime unless the axis is at home."""
         letter = "v" if joint is not None and self.chain.joints[joint - 1].is_prismatic else r"\omega"
-        return f"{letter}_{{{joint or 'i'}}}{'' if at_home else chr(39)}"
+        return f"{letter}_{{{joint or 'i'}}}{'' if is_at_home else chr(39)}"
 
     @property
     def prismatic_axis_name(self) -> str:

@@ -41,9 +41,9 @@ class _CodePrinter(StrPrinter):
     def _print_Add(self, expr: sp.Add, order: object = None) -> str:
         return self._print_sum(expr)
 
-    def _print_sum(self, expr: sp.Expr, flip_signs: bool = False) -> str:
+    def _print_sum(self, expr: sp.Expr, flips_signs: bool = False) -> str:
         code = ""
-        for is_negative, term in order.order_terms(expr, flip_signs):
+        for is_negative, term in order.order_terms(expr, flips_signs):
             if code:
                 code += " - " if is_negative else " + "
             elif is_negative:

@@ -426,7 +426,7 @@ def _read_options(entry: QuestionEntry) -> tuple[Option, ...]:
     options = []
     for number, option in enumerate(entry.options, 1):
         if isinstance(option, str):
-            options.append(Option(option, entry.shown == "formula", False))
+            options.append(Option(option, entry.shown == "formula", is_correct=False))
         elif (option.text is None) == (option.formula is None):
             raise QdotError(f"option {number} needs either text or formula")
         else:

@@ -50,7 +50,7 @@ def split_text(text: str) -> list[TextPiece]:
     while match := _SPECIAL_SIGN.search(text, position):
         sign, content, is_placeholder = match[0], match["content"], False
         text_before = text[: match.start()]
-        pieces.append(TextPiece(text[position : match.start()], False, is_in_formula))
+        pieces.append(TextPiece(text[position : match.start()], is_placeholder=False, is_in_formula=is_in_formula))
         position = match.end()
         is_latex_brace = sign[0] == "{" and is_in_formula and _CHARACTER_BEFORE_LATEX_BRACE.search(text_before)
         if is_latex_brace or (sign[0] == "}" and depth):
@@ -67,7 +67,7 @@ def split_text(text: str) -> list[TextPiece]:
         elif content is not None and (content or not is_in_formula):
             sign, is_placeholder = content.strip(), True
         pieces.append(TextPiece(sign, is_placeholder, is_in_formula))
-    return [*pieces, TextPiece(text[position:], False, is_in_formula)]
+    return [*pieces, TextPiece(text[position:], is_placeholder=False, is_in_formula=is_in_formula)]
 
 
 def check_text(text: str, source: str = "") -> None:

@@ -80,7 +80,7 @@ def _find_score(result: Result, part_name: str) -> Score:
         return Score(None if is_empty else result.score, result.max_score)
     part = result.parts.get(part_name)
     if part is None:
-        return Score(None, 0)
+        return Score(points=None, max_points=0)
     if part.override is not None:
         return Score(part.points, part.max_points)
     penalty = result.late.penalty if result.late else 0
