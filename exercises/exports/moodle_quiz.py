@@ -108,15 +108,15 @@ def make_quiz_backup(request: ExportRequest, key: str, categories: Sequence[Cate
     """
     assignment = request.assignment
     categories_with_ids = _list_categories_with_ids(key, categories)
-    question_categories = [category for category in categories_with_ids if category["questions"]]
-    question_records = [record for category in question_categories for record in category["questions"]]
+    question_categories = [entry for entry in categories_with_ids if entry["questions"]]
+    question_records = [record for entry in question_categories for record in entry["questions"]]
     files = [file for record in question_records for file in _list_files(record)]
     context = {
         "title": categories[0].names[0], "key": key, "categories": categories_with_ids, "files": files,
         "release": MOODLE_RELEASE, "version": MOODLE_VERSION, "quiz_id": QUIZ_ID, "context_id": CONTEXT_ID,
         "slots": [
-            {"filter": _write_category_filter(category), "points": category["questions"][0]["question"].points}
-            for category in question_categories
+            {"filter": _write_category_filter(entry), "points": entry["questions"][0]["question"].points}
+            for entry in question_categories
         ],
         "points": sum(category.questions[0].points for category in categories),
         "types": INTERNAL_TYPES, "shown_after_attempt": SHOWN_AFTER_ATTEMPT, "shown_always": SHOWN_ALWAYS,

@@ -280,7 +280,7 @@ def _sample_points(problem: Problem, reference: sp.Matrix, pivot_position: int) 
         points[1].update({name: value for name, value in points[0].items() if name in problem.constants})
         if _are_usable(program, points, None if reference[pivot_position - 1] == 0 else pivot_position - 1):
             point_texts = (", ".join(f"{name} = {value}" for name, value in point.items()) for point in points)
-            return f"points: [{', '.join(f'[{point}]' for point in point_texts)}];"
+            return f"points: [{', '.join(f'[{text}]' for text in point_texts)}];"
     return None
 
 
