@@ -291,7 +291,7 @@ test("the same seed asks the same questions, in German if the link says so; erro
   const { page: german } = await opened(there, "practice.html?embed=1&seed=a&n=2&lang=de");
   await german.getByText("0 von 2 beantwortet").waitFor();
   for (const [search, said] of [
-    ["embed=1&lession=rates", /The link contains “lession”, which is unknown. Allowed are embed, lesson/],
+    ["embed=1&lession=rates", /The link contains an unknown setting, “lession”. The known settings are embed, lesson/],
     ["seed=a&n=0", /The link contains n=0; n must be a whole number from 1 to 100/],
     ["seed=a&n=99", /The link asks for 99 questions, but only \d+ match/],
     ["seed=a&lesson=foo", /The link asks for the lesson “foo”, which doesn't exist. Choose one of rates, columns/],
