@@ -27,7 +27,7 @@ from qdot.exercises.arm.chain import Base, Chain, Joint, Point
 from qdot.exercises.arm.conventions.base import Convention
 from qdot.exercises.arm.conventions.standard_dh import StandardDh
 from qdot.exercises.arm.kinematics import NumericChain, compute_frames_and_point
-from qdot.exercises.arm.trigonometry import remove_arctangents, wrap_angle
+from qdot.exercises.arm.trigonometry import remove_arctangents, wrap_multiple_of_pi
 from qdot.exercises.arm.vectors import rot_x, rot_z
 from qdot.exercises.common.stream import Stream
 
@@ -67,9 +67,9 @@ def convert_standard_rows(rows: Sequence[WrittenRow], base: Pose, point: Point |
     for i, row in enumerate(rows):
         if row.is_reversed:
             # the rotation by pi about x is added to alpha of the preceding row, and undone by alpha of this row
-            new_rows[i] = WrittenRow(row.kind, -row.theta, -row.d, row.a, wrap_angle(row.alpha - sp.pi))
+            new_rows[i] = WrittenRow(row.kind, -row.theta, -row.d, row.a, wrap_multiple_of_pi(row.alpha - sp.pi))
             if i:
-                new_rows[i - 1] = replace(new_rows[i - 1], alpha=wrap_angle(new_rows[i - 1].alpha + sp.pi))
+                new_rows[i - 1] = replace(new_rows[i - 1], alpha=wrap_multiple_of_pi(new_rows[i - 1].alpha + sp.pi))
             else:
                 new_base = base @ REVERSAL
             new_point = _convert_point(new_point, i, REVERSAL)

@@ -119,6 +119,12 @@ def wrap_angle(angle: sp.Expr) -> sp.Expr:
     return sp.expand(expanded_angle - 2 * sp.pi * sp.ceiling(exact_or_rounded - sp.Rational(1, 2)))
 
 
+def wrap_multiple_of_pi(angle: sp.Expr) -> sp.Expr:
+    """Return a rational multiple of pi reduced to (-pi, pi], and any other angle expanded, so that 4 stays 4."""
+    expanded_angle = sp.expand(angle)
+    return wrap_angle(expanded_angle) if (expanded_angle / sp.pi).is_Rational else expanded_angle
+
+
 def are_identical(a: sp.Expr, b: sp.Expr) -> bool:
     """Return whether two trigonometric polynomials are the same function. The result is a proof, not a test at points.
 

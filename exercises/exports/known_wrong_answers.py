@@ -13,7 +13,7 @@ import sympy as sp
 from sympy.polys.polyerrors import BasePolynomialError
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.trigonometry import wrap_angle
+from qdot.exercises.arm.trigonometry import wrap_multiple_of_pi
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
 from qdot.exercises.derivation.graph import RESULT, compute_numeric_stages, compute_symbolic_stages, to_sympy_matrix
@@ -250,5 +250,7 @@ def _find_wrong_sets(problem: Problem, part: Part) -> Iterator[KnownWrongAnswer]
 
 def _list_conditions(answer: ConditionSet) -> frozenset[str]:
     """Return the conditions of a set as text. Angles are wrapped, so that pi and -pi are the same."""
-    wrapped_components = (component.map_values(lambda _, angle: wrap_angle(angle)) for component in answer.components)
+    wrapped_components = (
+        component.map_values(lambda _, angle: wrap_multiple_of_pi(angle)) for component in answer.components
+    )
     return frozenset(itertools.chain.from_iterable(component.list_pieces() for component in wrapped_components))

@@ -65,8 +65,9 @@ def find_normal_axis(chain: Chain) -> str | None:
     """
     if chain.is_planar:
         return "z"
-    lengths = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(chain.parameters)}
-    arm = NumericChain(make_numbers_exact(chain), lengths)
+    exact_chain = make_numbers_exact(chain)
+    lengths = {symbol.name: 0.3 + 0.11 * k for k, symbol in enumerate(exact_chain.parameters)}
+    arm = NumericChain(exact_chain, lengths)
     configurations = np.array([[0.37 + 0.21 * i for i in range(chain.n)], [1.13 - 0.47 * i for i in range(chain.n)]])
     frames = arm.compute_frames(configurations)
     points = np.concatenate([frames[..., :3, 3], arm.compute_point_of(frames)[:, None]], axis=1).reshape(-1, 3)

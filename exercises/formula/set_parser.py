@@ -13,7 +13,7 @@ from itertools import product
 
 from qdot.exercises.formula.angles import find_linear_factors, find_multiple_of_pi
 from qdot.exercises.formula.noise import remove_noise
-from qdot.exercises.formula.program import compile_program
+from qdot.exercises.formula.program import compile_program, evaluate_constant
 from qdot.exercises.formula.trees import (
     ZERO,
     Node,
@@ -206,12 +206,15 @@ def _split_product(node: Node, joints: AbstractSet[str]) -> tuple[list[Node], li
 
 def _is_nonzero_constant(node: Node, joints: AbstractSet[str]) -> bool:
     """Return whether a constant surely differs from zero, unlike 0, a1 - a2, cos(alpha1), and the whole number k."""
-    kinds = {part.kind for part in iterate_nodes(node)}
-    has_zero = any(_is_zero(part) for part in iterate_nodes(node))
-    functions = {part.value for part in iterate_nodes(node) if part.kind == "call"}
+    if not find_names(node):
+        value = evaluate_constant(node)
+        return value is not None and abs(value) > 1e-9
+    parts = list(iterate_nodes(node))
+    kinds, functions = {part.kind for part in parts}, {part.value for part in parts if part.kind == "call"}
     may_cancel = "-" in kinds or {"+", "neg"} <= kinds
-    may_vanish = has_zero or may_cancel or bool(functions - {"sqrt", "abs"})
-    return not may_vanish and not find_names(node) & (joints | set(WHOLE_NUMBER_NAMES))
+    may_vanish = may_cancel or any(_is_zero(part) or part.value == "I" for part in parts)
+    is_known = functions <= {"sqrt", "abs"} and not find_names(node) & (joints | set(WHOLE_NUMBER_NAMES))
+    return is_known and not may_vanish
 
 
 def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:

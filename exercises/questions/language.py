@@ -290,7 +290,7 @@ def _compute_power(formula: ast.BinOp, base: np.ndarray, quantities: Quantities)
     if exponent < 0:
         factor = 1 / base if is_number else _invert(base, formula)
     factors = [factor] * abs(int(exponent))
-    return reduce(operator.mul, factors, base * 0 + 1) if is_number else reduce(arithmetic.matrix_product, factors)
+    return reduce(operator.mul, factors, factor * 0 + 1) if is_number else reduce(arithmetic.matrix_product, factors)
 
 
 def _stack(entries: list[np.ndarray], formula: ast.expr) -> np.ndarray:

@@ -11,7 +11,7 @@ from itertools import combinations
 import sympy as sp
 
 from qdot.exercises.arm.chain import Chain
-from qdot.exercises.arm.trigonometry import wrap_angle
+from qdot.exercises.arm.trigonometry import wrap_multiple_of_pi
 from qdot.exercises.formula.order import find_number_in_name
 from qdot.exercises.formula.printers.python import print_python
 from qdot.exercises.formula.sympy_text import format_expression
@@ -142,7 +142,7 @@ def _group_angles_by_run(chain: Chain) -> list[list[sp.Expr]]:
 def _reduce_constant(angle: sp.Expr) -> sp.Expr:
     """Return an angle with its constant moved into (-pi, pi]; unchanged if this is not a rational multiple of pi."""
     variable, constant = shortening.split_constant(sp.expand(angle))
-    return variable + wrap_angle(constant)
+    return variable + wrap_multiple_of_pi(constant)
 
 
 def _make_first_joint_positive(angle: sp.Expr) -> sp.Expr:

@@ -17,7 +17,7 @@ from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.formula.conditions import ROUNDED_JOINT_VALUE, ConfigurationSpace, SetComparison, compare_sets
 from qdot.exercises.formula.program import Program, compile_program, evaluate
-from qdot.exercises.formula.set_parser import Piece, parse_typed_set
+from qdot.exercises.formula.set_parser import Piece, parse_typed_set, solve_for_angle
 from qdot.exercises.formula.trees import (
     Node,
     ParseError,
@@ -85,7 +85,7 @@ def _explain_any_set(problem: Problem, part: Part, parsed_answer: ParsedAnswer, 
         return None
     fingerprinter = _Fingerprinter(problem, seed)
     if not all(map(fingerprinter.is_plain, pieces)):
-        includes_samples = _make_inclusion_test(problem, pieces, seed)
+        includes_samples = _make_inclusion_test(problem, part, pieces, seed)
         mistaken_answers = generate_mistaken_answers(problem.chain, part)
         possible_answers = (pair for pair in mistaken_answers if includes_samples(pair[1].answer))
         diagnosis = find_mistake_by_judging(problem, part, parsed_answer, seed, possible_answers)
@@ -121,25 +121,29 @@ def find_mistake_by_judging(
     return None
 
 
-def _make_inclusion_test(problem: Problem, pieces: Sequence[Piece], seed: str) -> Callable[[Answer], bool]:
+def _make_inclusion_test(problem: Problem, part: Part, pieces: Sequence[Piece], seed: str) -> Callable[[Answer], bool]:
     """Return a test whether an answer contains all of a set's configurations, as far as some random ones show.
 
     The configurations are sampled only once, because the search for those of simultaneous conditions is slow.
     """
-    space = ConfigurationSpace([q.name for q in problem.chain.q], problem.domain)
+    space = ConfigurationSpace([q.name for q in problem.chain.q], problem.domain, part.rounding)
+    tolerance = max(ROUNDED_JOINT_VALUE.absolute, space.typed_tolerance)
     names = space.collect_names([pieces]) | set(problem.domain.roles)
-    samples = [space.sample_piece(piece, names, Stream(f"{seed}/typed/{k}")) for k, piece in enumerate(pieces)]
+    with np.errstate(all="ignore"):  # a search that overflows finds no zero
+        samples = [space.sample_piece(piece, names, Stream(f"{seed}/typed/{k}")) for k, piece in enumerate(pieces)]
     counts = [len(next(iter(sample.values()))) for sample in samples]
 
     def includes_samples(answer: Answer) -> bool:
         if not isinstance(answer, ConditionSet):
             return False
         try:
-            union = space.parse_reference(tree for (tree,) in answer.parse_trees(problem.domain.roles))
+            pieces_of_answer = space.parse_reference(tree for (tree,) in answer.parse_trees(problem.domain.roles))
         except ParseError:
             return False
+        union = [tuple(solve_for_angle(atom, space.angles) for atom in piece) for piece in pieces_of_answer]
         pairs = zip(samples, counts, strict=True)
-        return all(space.contains(union, values, count, ROUNDED_JOINT_VALUE.absolute).all() for values, count in pairs)
+        with np.errstate(all="ignore"):
+            return all(space.contains(union, values, count, tolerance).all() for values, count in pairs)
 
     return includes_samples
 

@@ -601,7 +601,8 @@ def describe_unusual_metadata(submission: Submission, assignment: "Assignment", 
         notes.append(SubmissionNote(f"the notebook was released to {claimed_student[:80]!r}", message))
     if claims.get("kind") == "solution":
         notes.append(SubmissionNote("this is the staff's notebook with the solutions"))
-    known_digests = [assignment.problems_digest_of(name) for name in (student, str(claimed_student))]
+    names_of_student = (student, str(claimed_student)) if isinstance(claimed_student, str) else (student,)
+    known_digests = [assignment.problems_digest_of(name) for name in names_of_student]
     if isinstance(digest, str) and digest not in known_digests:
         message = "this notebook was made from another version of the assignment. Ask your instructor for the right one"
         notes.append(SubmissionNote(OTHER_VERSION, message))

@@ -245,9 +245,13 @@ function splitProduct(tree: Node, joints: ReadonlySet<string>): Product {
 
 /** Return whether a constant surely differs from zero, unlike 0, a1 - a2, cos(alpha1), and the whole number k. */
 function isNonzeroConstant(tree: Node, joints: ReadonlySet<string>): boolean {
+  if (isConstant(tree)) {
+    const { re, im } = evaluate(tree, {});
+    return Math.abs(im) < 1e-9 && Math.abs(re) > 1e-9;
+  }
   const has = (...kinds: string[]) => anyNode(tree, ({ kind }) => kinds.includes(kind));
   const mayVanish = (part: Node) =>
-    part.kind === "call" ? !["sqrt", "abs"].includes(part.text) : numberOf(part) === 0;
+    part.kind === "call" ? !["sqrt", "abs"].includes(part.text) : part.text === "I" || numberOf(part) === 0;
   const mayCancel = has("-") || (has("+") && has("neg"));
   return !mayCancel && !anyNode(tree, mayVanish) && !hasNameOf(tree, joints) && findWholeNumbers(tree).length === 0;
 }
