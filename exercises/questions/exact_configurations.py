@@ -16,7 +16,6 @@ import sympy as sp
 
 from qdot.exercises.arm.chain import Chain, is_joint_angle
 from qdot.exercises.arm.kinematics import NumericChain
-from qdot.exercises.arm.trigonometry import wrap_angle
 from qdot.exercises.common.stream import Stream
 from qdot.exercises.derivation.arithmetic import compile_expressions
 from qdot.exercises.derivation.derivation import derive, make_symbolic_arm
@@ -423,7 +422,7 @@ def _sample_unrounded_values_on_components(
     for q in grid_joints:
         index = chain.q.index(q)
         if chain.joints[index].is_revolute:
-            grid_values[q] = [wrap_angle(k * sp.pi / 6 - chain.offsets[index]) for k in range(12)]
+            grid_values[q] = [_wrap_angle(k * sp.pi / 6 - chain.offsets[index]) for k in range(12)]
         else:
             grid_values[q] = [sp.Rational(k, 20) for k in range(2, 17)]  # 0.1 m to 0.8 m
     grid = np.meshgrid(*([float(value) for value in grid_values[q]] for q in grid_joints), indexing="ij")
@@ -516,6 +515,15 @@ def _is_real(value: sp.Expr) -> bool:
 
 
 def wrap_angles(joints: JointValues) -> JointValues:
-    """Return joint values with numeric angles wrapped to (-pi, pi]."""
+    """Return joint values with numeric angles wrapped to [-pi, pi].
+
+    Unlike `trigonometry.wrap_angle`, this counts rotations in rounded numbers, so that -pi stays: problems that were
+    generated so must stay the same.
+    """
     numbers = {q for q, value in joints.items() if value.is_number and _is_real(value)}
-    return {q: wrap_angle(value) if q in numbers and is_joint_angle(q) else value for q, value in joints.items()}
+    return {q: _wrap_angle(value) if q in numbers and is_joint_angle(q) else value for q, value in joints.items()}
+
+
+def _wrap_angle(angle: sp.Expr) -> sp.Expr:
+    rotation_count = sp.floor((sp.pi - sp.N(angle, DIGITS)) / (2 * sp.pi))
+    return sp.expand(angle + 2 * sp.pi * int(rotation_count))
