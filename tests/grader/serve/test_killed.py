@@ -94,9 +94,11 @@ def retry(action: Any) -> Any:
         try:
             return action()
         except (OSError, HTTPException) as error:  # the connection broke
-            if isinstance(error, HTTPError) and error.code < 500 and error.code != 429:
-                raise AssertionError(error.read()) from None
-            last_error = error
+            if isinstance(error, HTTPError):
+                with error:  # otherwise its socket stays open
+                    if error.code < 500 and error.code != 429:
+                        raise AssertionError(error.read()) from None
+            last_error = repr(error)
             time.sleep(0.2)
     raise AssertionError(f"the service doesn't answer: {last_error}")
 
