@@ -517,13 +517,14 @@ def _is_real(value: sp.Expr) -> bool:
 def wrap_angles(joints: JointValues) -> JointValues:
     """Return joint values with numeric angles wrapped to [-pi, pi].
 
-    Unlike `trigonometry.wrap_angle`, this counts rotations in rounded numbers, so that -pi stays: problems that were
-    generated so must stay the same.
+    Unlike `trigonometry.wrap_angle`, it counts rotations in rounded numbers and leaves -pi unchanged. Ids of existing
+    problems depend on that.
     """
     numbers = {q for q, value in joints.items() if value.is_number and _is_real(value)}
     return {q: _wrap_angle(value) if q in numbers and is_joint_angle(q) else value for q, value in joints.items()}
 
 
 def _wrap_angle(angle: sp.Expr) -> sp.Expr:
+    """Return a numeric, real angle wrapped to [-pi, pi]."""
     rotation_count = sp.floor((sp.pi - sp.N(angle, DIGITS)) / (2 * sp.pi))
     return sp.expand(angle + 2 * sp.pi * int(rotation_count))
