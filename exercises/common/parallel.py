@@ -12,6 +12,7 @@ import signal
 import sys
 import threading
 import warnings
+from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -143,11 +144,13 @@ def _run_pool(
                     forkserver.ensure_running()  # unless it is already running
                 with warnings.catch_warnings():  # Python 3.12 warns of library threads, which do no harm
                     warnings.simplefilter("ignore", DeprecationWarning)
-                    results = pool.map(functools.partial(_run_item, function), items)
-            yield from results
+                    futures = deque(submit_to_pool(pool, function, item) for item in items)
+            while futures:
+                yield futures.popleft().result()
         except BrokenProcessPool:
             raise
         except BaseException:
+            # The pool's thread cancels the items; if this thread did, as in `pool.map`, that thread could crash.
             pool.shutdown(wait=False, cancel_futures=True)
             _end_processes(set(multiprocessing.active_children()) - earlier_children)
             raise

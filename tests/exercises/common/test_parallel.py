@@ -4,9 +4,11 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 import weakref
-from contextlib import suppress
+from concurrent.futures import Future
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
@@ -65,6 +67,23 @@ def test_workers_close_their_state_at_the_end(tmp_path: Path) -> None:
     pids = set(map_in_order(sleep_and_get_pid, [0, 0, 0], 2, WorkerState, (tmp_path,)))
     closed = {path.name for path in tmp_path.iterdir()}
     assert {f"closed by {pid}" for pid in pids} <= closed and len(closed) == 2
+
+
+def test_only_the_thread_of_the_pool_cancels_items(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """If another thread does, the pool's thread crashes when a signal ends the processes at the same time."""
+    cancel = Future.cancel
+    threads = []
+
+    def cancel_and_note_thread(item: Future[int]) -> bool:
+        threads.append(threading.current_thread())
+        return cancel(item)
+
+    monkeypatch.setattr(Future, "cancel", cancel_and_note_thread)
+    results = map_in_order(sleep_and_get_pid, [0, 60, 60, 60, 60], 2, WorkerState, (tmp_path,))
+    with pytest.raises(KeyboardInterrupt), closing(results):
+        next(results)
+        raise KeyboardInterrupt
+    assert threading.main_thread() not in threads
 
 
 def test_progress_line_shows_count_and_total(
