@@ -92,13 +92,13 @@ def sample_parts(problem: Problem) -> list[Part]:
 
 @cache
 def _assign_questions() -> dict[str, frozenset[str]]:
-    """Assign every question to two of the families in SHAPES, those with the fewest questions so far."""
+    """Assign every question to two of the families in SHAPES, those with few joints and the fewest questions so far."""
     assigned: dict[str, list[str]] = {family: [] for family in SHAPES.values()}
     rarest = sorted(QUESTIONS, key=lambda name: sum(name in list_questions_of_family(family) for family in assigned))
     fixed_families = [family for family in assigned if not FAMILIES[family].has_varied_structure]
     for name in rarest:
         candidates = [family for family in fixed_families if name in list_questions_of_family(family)]
-        candidates.sort(key=lambda family: len(assigned[family]) * (3 if family in LONG_ARMS else 1))
+        candidates.sort(key=lambda family: (family in LONG_ARMS, len(assigned[family])))
         for family in candidates[:2]:
             assigned[family].append(name)
     return {family: frozenset(names) for family, names in assigned.items()}

@@ -86,7 +86,7 @@ def test_both_parsers_agree() -> None:
 SECONDS = 6.0
 
 
-@pytest.mark.parametrize("number", select_for_suite((9, 51), range(0, 300, 15)))
+@pytest.mark.parametrize("number", select_for_suite((9,), range(0, 300, 15)))
 def test_solutions_of_random_arms_hold(number: int) -> None:
     robot = generate_arm(number, "a")
     assert check_arm(robot, SECONDS).false == (), robot

@@ -42,6 +42,7 @@ from qdot.exercises.reference_answers import LETTERS
 from tests.exercises.exports.test_items import make_request
 from tests.support import read_data
 from tests.support.programs import require_reader
+from tests.support.suites import sample_for_suite
 
 TOML = read_data("assignments/platforms.toml")
 Element = ElementTree.Element
@@ -114,7 +115,7 @@ def list_elements(root: Element, tag: str) -> list[Element]:
     return [element for element in root.iter() if element.tag.rpartition("}")[2] == tag]
 
 
-@pytest.mark.parametrize("level", FEEDBACK_LEVELS)
+@pytest.mark.parametrize("level", sample_for_suite(FEEDBACK_LEVELS, 3))
 def test_feedback_level_of_assignment_applies_to_every_platform(export_request: ExportRequest, level: str) -> None:
     """Mistakes, values and solutions appear from their levels on; solutions also if the request has them."""
     at = FEEDBACK_LEVELS.index(level)

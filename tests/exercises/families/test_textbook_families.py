@@ -87,7 +87,7 @@ def as_text(conditions: tuple[sp.Expr, ...]) -> str:
 
 @pytest.mark.parametrize("family", KNOWN)
 def test_determinant_and_singular_set_are_those_of_the_books(family: str) -> None:
-    for seed in range(select_for_suite(2, 4)):
+    for seed in range(select_for_suite(1, 4)):
         chain = sample_chain(ProblemId(family, seed))
         book = [as_text(together) for together in alternatives(family, chain)]
         assert len(find_singular_set(chain) or ()) == len(book)

@@ -60,7 +60,7 @@ from qdot.grader.marking.marking import mark
 from tests.support import read_cases, read_data
 from tests.support.command import run, run_and_fail, runner
 from tests.support.gallery import CHAPTER_ARMS, GALLERY, GALLERY_FOLDER
-from tests.support.suites import select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 
 def make_assignment(folder: Path, text: str) -> Assignment:
@@ -124,7 +124,7 @@ def test_roots_quotients_and_other_functions_stay_in_the_answer(answer: str) -> 
         assert "geometry and differences" in find_failures(replace(problem, parts=(wrong,)))[0]
 
 
-@pytest.mark.parametrize("position", ["[a1*cos(theta1), 1]", "[atan2(a1, theta1), 1]"])
+@pytest.mark.parametrize("position", sample_for_suite(["[atan2(a1, theta1), 1]", "[a1*cos(theta1), 1]"], 1))
 def test_derivative_is_marked_after_any_wrong_position(position: str) -> None:
     definition = Definition("mine", "ddt(abs(p.x))", (Texts("Mine", "x"),))
     problem = generate("planar-2r/1", ["position", "mine"], definitions=[definition])
@@ -236,11 +236,11 @@ def test_text_without_quotes_is_shown_to_the_person_who_marks_it(tmp_path: Path)
 
 @pytest.mark.parametrize(
     ("offsets", "ending", "answer"),
-    [
+    sample_for_suite([
         ([1], ".ipynb", "Because det J = 0."), ([0], ".ipynb", "Because det J = 0."),
         ([1, 1], ".ipynb", "Because det J = 0.\n\nBecause det J = 0."), ([1], ".md", "Because det J = 0."),
         ([], ".ipynb", None), ([], ".md", None),
-    ],
+    ], 3),
 )  # fmt: skip
 def test_a_text_cell_beside_a_blank_answer_cell_is_the_answer_in_words(
     offsets: list[int], ending: str, answer: str | None, tmp_path: Path
@@ -335,7 +335,10 @@ def test_digest_of_problems_ignores_wording(tmp_path: Path) -> None:
 EVERY_KIND = read_data("assignments/every_kind_of_own_question.toml")
 
 
-@pytest.mark.parametrize("name", [name for name in EXPORT_FORMATS if name != "scorm"])  # needs the site's scripts
+NEEDS_SITE_SCRIPTS = "scorm"
+
+
+@pytest.mark.parametrize("name", sample_for_suite([name for name in EXPORT_FORMATS if name != NEEDS_SITE_SCRIPTS], 5))
 def test_every_export_accepts_every_kind_of_custom_question(name: str, tmp_path: Path) -> None:
     folder = make_assignment(tmp_path, EVERY_KIND).folder
     output = run("export", folder, "--to", name, "--variants", "1", "--jobs", "1")

@@ -47,7 +47,7 @@ from qdot.exercises.writing.problem_texts import (
 from tests.repository.test_schemas import find_schema_errors
 from tests.support import read_data
 from tests.support.solving import solve_to_json
-from tests.support.suites import SHAPES, few_families, on_families, select_for_suite
+from tests.support.suites import SHAPES, few_families, on_families, sample_for_suite, select_for_suite
 from tests.tools.diagnoses import classify_diagnosis, make_wrong_answers
 
 FIXED = [name for name, family in FAMILIES.items() if not family.has_varied_structure]
@@ -271,7 +271,7 @@ def _generate_with_order(family: str, seed: int, variation: str, order: str) -> 
     return generate(identity, [name for name in (*IN_ORDER, "position") if QUESTIONS[name].find_obstacle(arm) is None])
 
 
-@pytest.mark.parametrize("family", ARMS)
+@pytest.mark.parametrize("family", sample_for_suite(ARMS, 1))
 def test_other_order_swaps_the_answers_and_is_certified(family: str) -> None:
     first, second = generate_both_orders(family)
     assert [part.name for part in first.parts] == [part.name for part in second.parts]
@@ -316,7 +316,7 @@ NAMED = {
 
 
 @pytest.mark.parametrize("order", TWIST_ORDERS)
-@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize("name", sample_for_suite(NAMED, 3))
 def test_mistakes_are_named_in_either_order(name: str, order: str) -> None:
     problem = _generate_with_order("planar-2r" if name == "body-adjoint" else "elbow-3r", 1, "chapter", order)
     answers = make_wrong_answers(problem, problem[name], mistakes=NAMED[name])

@@ -367,7 +367,10 @@ def test_that_a_pose_is_singular_is_true_or_false_as_its_rank_says(family: str) 
 
 @pytest.mark.parametrize(
     ("problem", "conditions", "one_side"),
-    [("orthogonal-3r/219@lengths", 2, False), ("orthogonal-3r/4@full", 1, False), ("planar-2r/3@lengths", 1, True)],
+    sample_for_suite(
+        [("orthogonal-3r/219@lengths", 2, False), ("orthogonal-3r/4@full", 1, False), ("planar-2r/3@lengths", 1, True)],
+        2,
+    ),
 )
 def test_one_side_of_a_boundary_is_named_only_if_the_lost_direction_has_one(
     problem: str, conditions: int, one_side: bool, monkeypatch: pytest.MonkeyPatch

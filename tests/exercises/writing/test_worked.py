@@ -18,7 +18,7 @@ from qdot.exercises.writing.expansion import Expansion, expand_determinant, expa
 from qdot.exercises.writing.latex import tex
 from qdot.exercises.writing.problem_texts import write_hints, write_solution, write_solutions, write_statement
 from qdot.exercises.writing.solution_steps import SolutionSteps, _compute_cofactors
-from tests.support.suites import select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 BOTH = ("inverse-jacobian", "inverse-velocity")
 TABLE = r"\begin{bmatrix}"
@@ -36,7 +36,7 @@ SAYS = [
 ]
 
 
-@pytest.mark.parametrize(("problem_id", "names", "which", "there", "not_there"), SAYS)
+@pytest.mark.parametrize(("problem_id", "names", "which", "there", "not_there"), sample_for_suite(SAYS, 4))
 def test_steps_are_told_as_they_are_for_this_arm(
     problem_id: str, names: tuple[str, ...], which: int, there: str, not_there: str
 ) -> None:

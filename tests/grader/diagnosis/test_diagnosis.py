@@ -44,7 +44,7 @@ from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
 from tests.support import DATA, read_cases
 from tests.support.judging import diagnose
 from tests.support.problems import LONG_ARMS, ask_question, get_problem
-from tests.support.suites import few_families, few_or_all_families, select_for_suite
+from tests.support.suites import few_families, few_or_all_families, sample_for_suite, select_for_suite
 from tests.tools.diagnoses import list_parts, sweep
 
 FAMILY_NAMES = list(FAMILIES)
@@ -87,7 +87,9 @@ def diagnose_answer(question: str, answer: str, arm: str = "Example 6.1") -> tup
     return ("", "") if diagnosis is None else (" and ".join(diagnosis.mistakes), diagnosis.feedback)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case['arm']} {case['question']} {case['mistakes']}")
+@pytest.mark.parametrize(
+    "case", sample_for_suite(CASES, 51), ids=lambda case: f"{case['arm']} {case['question']} {case['mistakes']}"
+)
 def test_a_mistake_gets_its_true_name(case: dict[str, Any]) -> None:
     """Most of these answers were once given a wrong name, two names, or none; without a name, none is right.
 
@@ -331,7 +333,7 @@ def diagnose_rounded(problem: Problem, part: Part, text: str, points: str = "") 
 
 
 @pytest.mark.parametrize("change", [round_constants, replace_by_fractions])
-@pytest.mark.parametrize(("family", "seed", "convention"), ARMS)
+@pytest.mark.parametrize(("family", "seed", "convention"), sample_for_suite(ARMS, 2))
 def test_constants_with_ten_digits_are_no_mistake(
     family: str, seed: int, convention: str, change: Callable[[sp.Expr], sp.Expr]
 ) -> None:

@@ -105,7 +105,7 @@ def test_partial_credit_counts_if_it_is_higher() -> None:
     assert verdict.points == 1.0 and verdict.followed_from is None
 
 
-@pytest.mark.parametrize("trick", TRICKS)
+@pytest.mark.parametrize("trick", sample_for_suite(TRICKS, 5))
 def test_easier_made_up_problems_earn_nothing(trick: str) -> None:
     names = tuple(name for name in QUESTION_NAMES if trick != "copied" or name in TRICKS["copied"])
     problem = make_problem(PLANAR, names)
@@ -343,7 +343,7 @@ def test_custom_questions_follow_only_the_students_own_result(
 
 
 @pytest.mark.parametrize(
-    "answer", sample_for_suite(["norm(v)", "v.x", "sqrt(v.x^2 + v.y^2)", "norm(J*qd)", "norm(p)"], 3)
+    "answer", sample_for_suite(["norm(v)", "v.x", "sqrt(v.x^2 + v.y^2)", "norm(J*qd)", "norm(p)"], 2)
 )
 @pytest.mark.parametrize("family", ["planar-2r", "elbow-3r"])
 def test_a_number_follows_from_the_students_position(answer: str, family: str) -> None:

@@ -23,7 +23,7 @@ from tests.support import ROOT, read_cases
 from tests.support.judging import judge_with_credit
 from tests.support.problems import ask_question, get_problem, replace_answer
 from tests.support.submitting import make_class
-from tests.support.suites import few_families
+from tests.support.suites import few_families, sample_for_suite
 
 PLANAR, SCORBOT = make_planar_2r(), make_scorbot_arm()
 DETERMINANT = "a2*a3*(a1 + a2*cos(theta2) + a3*cos(theta2 + theta3))*sin(theta3)"
@@ -333,7 +333,7 @@ NUMBERS = (("planar-2r", "joint-rates"), ("planar-3r", "least-norm-rates"), ("sc
 
 
 @pytest.mark.parametrize(("family", "name"), NUMBERS)
-@pytest.mark.parametrize("infinite", ["1/0", "1e400", "-1/0", "0/0"])
+@pytest.mark.parametrize("infinite", sample_for_suite(["1/0", "1e400", "-1/0", "0/0"], 2))
 def test_an_infinite_number_makes_no_other_number_right(family: str, name: str, infinite: str) -> None:
     problem = generate(ProblemId(family, 3, (name,)))
     numbers = [f"{1.7 * float(number) + 0.3:.4g}" for number in problem.parts[0].answer.as_matrix()]
