@@ -20,6 +20,7 @@ from qdot.exercises.problem.problem import Problem
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from tests.support import DATA
 from tests.support.problems import get_problem
+from tests.support.submitting import keep_sandboxes_open
 from tests.support.suites import (
     SUITE,
     WHOLE,
@@ -86,6 +87,12 @@ def sandbox() -> Iterator[Sandbox]:
     """A sandbox with generous time limits. All tests of a process share it, but its runs are independent."""
     with Sandbox(Limits(seconds=60, cell_seconds=20)) as shared:
         yield shared
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _keep_sandboxes_open() -> Iterator[None]:
+    with keep_sandboxes_open():
+        yield
 
 
 @pytest.fixture

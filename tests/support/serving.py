@@ -136,7 +136,8 @@ class Browser:
         return self.client.get(path, headers=headers)
 
     def _get_token_header(self) -> dict[str, str]:
-        self.client.get("/")  # sets the token
+        if "csrftoken" not in self.client.cookies:
+            self.client.get("/")  # sets the token
         return {"X-CSRFToken": self.client.cookies["csrftoken"].value}
 
     def send(self, method: str, path: str, content: Any) -> Any:

@@ -3,7 +3,7 @@
 import atexit
 import json
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.grader.cli.demo import fill_in_answers
 from qdot.grader.grading.batch import grade_class
 from qdot.grader.grading.result import Result
+from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Limits, Sandbox
 from qdot.grader.submissions.submission import SubmissionFolder, find_submissions, open_submissions
 
@@ -69,8 +70,13 @@ def work_in_one_process() -> Iterator[None]:
         patch("qdot.exercises.common.parallel._run_pool", _run_in_process),
         patch("qdot.grader.grading.batch.Sandbox", open_shared_sandbox),
         patch("qdot.grader.grading.batch._GradingWorker.close", lambda _: None),
+        patch.object(guarantees, "probe", _probe_once if guarantees.probe is _PROBE else guarantees.probe),
     ):  # fmt: skip
         yield
+
+
+_PROBE = guarantees.probe
+_probe_once = cache(_PROBE)
 
 
 def _run_in_process(
@@ -79,6 +85,19 @@ def _run_in_process(
 ) -> Iterator[Any]:  # fmt: skip
     state = setup(*arguments)
     yield from (work(state, item) for item in items)
+
+
+@contextmanager
+def keep_sandboxes_open() -> Iterator[None]:
+    """Let `check_notebook` and `grade_notebook` use the open sandbox, too."""
+    with (
+        patch("qdot.grader.grading.check.Sandbox", lambda **_: nullcontext(open_shared_sandbox(Limits(), False))),
+        patch(
+            "qdot.grader.grading.attempt.Sandbox",
+            lambda limits, strict: nullcontext(open_shared_sandbox(limits or Limits(), strict)),
+        ),
+    ):
+        yield
 
 
 @cache
