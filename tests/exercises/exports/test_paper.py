@@ -49,7 +49,7 @@ from tests.support import read_cases, read_data
 from tests.support.command import run_and_fail
 from tests.support.programs import CHROMIUM, LATEX, POPPLER, require_program
 from tests.support.submitting import make_class
-from tests.support.suites import few_families, select_for_suite
+from tests.support.suites import few_families, few_or_all_families, select_for_suite
 
 TOML = """title = 'Rates & "poses" #1'
 key = "hw"
@@ -120,6 +120,7 @@ def test_every_formula_compiles_fits_and_has_alternative_text(problem: Problem) 
     assert compile_pdf(DOCUMENT + "\n\n".join(new + whole)).startswith(b"%PDF")
 
 
+@few_or_all_families
 def test_paper_has_no_typing_remarks_and_every_answer_has_a_box_and_short_form(problem: Problem) -> None:
     for text in (write_statement(problem, ""), *(write_prompt(problem, part) for part in problem.parts)):
         shown = remove_typing_remarks(text, problem)
@@ -313,6 +314,7 @@ def read_exam_pages(export_request: ExportRequest, folder: Path) -> list[str]:
     return pages
 
 
+@pytest.mark.whole
 def test_exam_of_six_problems_fits_on_eight_pages(six: ExportRequest, tmp_path: Path) -> None:
     shown = "".join(read_exam_pages(six, tmp_path))
     assert "•A." not in shown.replace(" ", "") and "typed" not in shown

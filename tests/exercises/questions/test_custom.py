@@ -345,6 +345,7 @@ def test_every_export_accepts_every_kind_of_custom_question(name: str, tmp_path:
     assert f"{name}: " in output and any((folder / "exports" / name).iterdir())
 
 
+@pytest.mark.whole
 def test_stack_export_leaves_out_only_what_fails_and_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """For the square of a distance, one of the likely mistakes is to take degrees for radians."""
     square = EVERY_KIND.replace("ddt((o1 + o2)/2)", "ddt(dot(p, p))").replace('rows = ["v_x", "v_y"]\n', "")

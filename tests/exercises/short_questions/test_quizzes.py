@@ -163,6 +163,7 @@ def _others(answer: Any) -> list[Any]:
     return [replace(answer, reference=-answer.reference), replace(answer, reference=1.02 * answer.reference)]
 
 
+@pytest.mark.whole
 def test_nothing_about_the_right_option_stands_out() -> None:
     """Always choosing the longest, shortest or most ordinary option is right only by chance."""
     hits, count = Counter[str](), 0

@@ -145,6 +145,7 @@ def test_conditions_without_a_configuration_are_told_as_undecided(monkeypatch: p
     assert "No configuration is known in which it loses rank" in " ".join(solve_to_text(solution.chain, "text").split())
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("name", ["iiwa", pytest.param("iiwa-open", marks=pytest.mark.whole)])
 def test_a_spherical_shoulder_and_wrist_give_what_the_minors_do(name: str) -> None:
     by_minors = {frozenset(map(str, part.conditions)) for part in find_singular_set(_arm(name)) or ()}

@@ -230,6 +230,7 @@ def test_an_angle_without_a_short_form_is_rounded_and_in_one_unit(tmp_path: Path
     assert "that is θ₂ = 0.3 + π/2 rad ≈ 107.2° or 0.3 − π/2 rad ≈ −72.81°." in text
 
 
+@pytest.mark.whole
 def test_configurations_without_a_simple_meaning_are_reported_as_such() -> None:
     """That all joints can move together with link 3 at rest is true of every singular configuration."""
     fifth = sp.Rational(1, 5)

@@ -131,6 +131,7 @@ def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> Non
     assert 1 <= chosen.minutes / chosen.total_points <= 6
 
 
+@pytest.mark.whole
 @pytest.mark.parametrize("name", GRADED_SETS)
 def test_a_sets_solutions_get_full_marks(name: str, tmp_path: Path) -> None:
     run("init", tmp_path, "--set", name)
