@@ -11,9 +11,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
 
+import numpy as np
+
 from qdot.exercises.formula.angles import find_linear_factors, find_multiple_of_pi
 from qdot.exercises.formula.noise import remove_noise
-from qdot.exercises.formula.program import compile_program, evaluate_constant
+from qdot.exercises.formula.program import compile_program, evaluate, evaluate_constant
 from qdot.exercises.formula.trees import (
     ZERO,
     Node,
@@ -220,12 +222,21 @@ def _is_nonzero_constant(node: Node, joints: AbstractSet[str]) -> bool:
 def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:
     """Return whether a quotient surely vanishes at almost all zeros of each of its factors, and only there.
 
-    For example, tan(theta1)*cos(theta1) and 0*sin(theta1) do not. Each divisor must be a joint variable, or the sine or
+    For example, tan(theta1)*cos(theta1), 0*sin(theta1) and (theta1 - theta1)*sin(theta2) do not. Each divisor must be a joint variable, or the sine or
     cosine of a sum of joint variables. It must differ from zero at almost all zeros of the factors.
     """
-    are_defined = all(find_names(factor) & joints and _is_defined_everywhere(factor, joints) for factor in factors)
+    are_suitable = all(
+        find_names(factor) & joints and _is_defined_everywhere(factor, joints) and _varies(factor) for factor in factors
+    )
     pairs = product(divisors, factors)
-    return are_defined and all(_is_nonzero_at_zeros(divisor, factor, joints) for divisor, factor in pairs)
+    return are_suitable and all(_is_nonzero_at_zeros(divisor, factor, joints) for divisor, factor in pairs)
+
+
+def _varies(node: Node) -> bool:
+    """Return whether an expression differs from zero at a configuration without special values."""
+    values = {name: np.array([0.618033988 * k]) for k, name in enumerate(sorted(find_names(node)), start=1)}
+    value, magnitude = evaluate(compile_program([node]), values, point_count=1)
+    return bool(abs(value[0, 0]) > 1e-12 * magnitude[0, 0])
 
 
 def _is_nonzero_at_zeros(divisor: Node, factor: Node, joints: AbstractSet[str]) -> bool:

@@ -80,7 +80,7 @@ def serve_class(settings: str = "", problems: str = PROBLEMS) -> Iterator["Servi
 
     from qdot.grader.serve import marking_online
 
-    call_command("flush", verbosity=0, interactive=False)
+    call_command("flush", verbosity=0, interactive=False, inhibit_post_migrate=True)
     with (
         patch.object(marking_online, "JudgePool", InProcessJudges),
         patch.object(marking_online, "_open_sandbox", lambda strict: open_shared_sandbox(LIMITS, strict)),

@@ -266,7 +266,7 @@ const omitRepeated = (trees: readonly Node[]): Node[] => [
 /**
  * Return whether a quotient surely vanishes at almost all zeros of each factor, and only there.
  *
- * For example, tan(theta1)*cos(theta1) and 0*sin(theta1) do not.
+ * For example, tan(theta1)*cos(theta1), 0*sin(theta1) and (theta1 - theta1)*sin(theta2) do not.
  * A divisor must be a joint variable, or the sine or cosine of a sum of these, and not vanish wherever a factor does.
  */
 const vanishesWithEachFactor = (
@@ -274,8 +274,16 @@ const vanishesWithEachFactor = (
   divisors: readonly Node[],
   joints: ReadonlySet<string>,
 ): boolean =>
-  factors.every((factor) => hasNameOf(factor, joints) && isDefinedEverywhere(factor, joints)) &&
+  factors.every((factor) => hasNameOf(factor, joints) && isDefinedEverywhere(factor, joints) && varies(factor)) &&
   divisors.every((divisor) => factors.every((factor) => isNonzeroAtZeros(divisor, factor, joints)));
+
+/** Return whether an expression differs from zero at a configuration without special values. */
+function varies(tree: Node): boolean {
+  const names = [...findNames(tree)].sort();
+  const values = Object.fromEntries(names.map((symbol, k) => [symbol, 0.618033988 * (k + 1)]));
+  const { re, im, size } = evaluate(tree, values);
+  return Math.hypot(re, im) > 1e-12 * size;
+}
 
 const isWave = (tree: Node): boolean => tree.kind === "call" && (tree.text === "sin" || tree.text === "cos");
 

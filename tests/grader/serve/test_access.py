@@ -2,6 +2,7 @@
 
 import csv
 import datetime
+import functools
 import html
 import json
 import re
@@ -23,6 +24,7 @@ from django.test import Client, RequestFactory
 from django.urls import URLPattern, URLResolver, get_resolver
 from django_tasks_db.models import DBTaskResult
 
+from qdot.exercises.assignment.assignment import load_assignment
 from qdot.exercises.problem.problem import Problem
 from qdot.exercises.writing.problem_texts import write_answer_code
 from qdot.exercises.writing.render import find_template_folder
@@ -36,7 +38,7 @@ from qdot.grader.serve.personal_links import make_link
 from qdot.grader.serve.server import open_server
 from tests.grader.serve.test_submitting import NOW, find_right_answer
 from tests.support import ROOT
-from tests.support.serving import ASSETS, NOTEBOOK, Browser, Service, serve_class, set_clock
+from tests.support.serving import ASSETS, NOTEBOOK, Browser, Service, find_folder, serve_class, set_clock
 from tests.support.suites import sample_for_suite
 
 METHODS = ("GET", "POST", "PUT", "PATCH", "DELETE")
@@ -70,13 +72,15 @@ def staff_of_other_class(service: Service) -> Person:
     return service.people["staff:Eve"]
 
 
-def list_secrets(service: Service) -> list[str]:
+@functools.cache
+def list_secrets() -> tuple[str, ...]:
     """Return texts that no student may get: the secret, ids that generate problems, and right answers."""
-    secrets = [service.assignment.secret, "0123456789abcdef"]
-    for student in service.assignment.roster:
-        for _, problem in service.assignment.generate_problems(student.id):
+    assignment = load_assignment(find_folder())
+    secrets = [assignment.secret, "0123456789abcdef"]
+    for student in assignment.roster:
+        for _, problem in assignment.generate_problems(student.id):
             secrets += [str(problem.id.seed), *list_right_answers(problem)]
-    return secrets
+    return tuple(secrets)
 
 
 def list_right_answers(problem: Problem) -> list[str]:
@@ -107,7 +111,7 @@ def test_a_student_gets_nothing_of_the_staff_or_of_others(service: Service, rout
     secret_text = "0.123456789*theta1"
     assert bo.answer("p1.position", secret_text).status_code == 200
     theirs = Submission.objects.get().pk
-    secrets = [*list_secrets(service), secret_text, "s002", "Quux"]
+    secrets = [*list_secrets(), secret_text, "s002", "Quux"]
     for method in METHODS:
         content: dict[str, Any] = {"request": str(uuid.uuid4()), "part": "p1.position", "text": "1", "student": theirs}
         reply = ada.send(method, fill_route(route, theirs), content)
