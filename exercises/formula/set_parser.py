@@ -222,8 +222,9 @@ def _is_nonzero_constant(node: Node, joints: AbstractSet[str]) -> bool:
 def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node], joints: AbstractSet[str]) -> bool:
     """Return whether a quotient surely vanishes at almost all zeros of each of its factors, and only there.
 
-    For example, tan(theta1)*cos(theta1), 0*sin(theta1) and (theta1 - theta1)*sin(theta2) do not. Each divisor must be a joint variable, or the sine or
-    cosine of a sum of joint variables. It must differ from zero at almost all zeros of the factors.
+    For example, tan(theta1)*cos(theta1), 0*sin(theta1) and (theta1 - theta1)*sin(theta2) do not. Each divisor must be a
+    joint variable, or the sine or cosine of a sum of joint variables. It must differ from zero at almost all zeros of
+    the factors.
     """
     are_suitable = all(
         find_names(factor) & joints and _is_defined_everywhere(factor, joints) and _varies(factor) for factor in factors

@@ -303,7 +303,7 @@ def _advise_on_claims(problem: Problem, part: Part, tree: Node, seed: str, are_s
         has_determinant = problem.chain.has_square_jacobian
         formula = "determinant" if has_determinant else "maximal minors"
         result = "The result must be zero" if has_determinant else "The results must all be zero"
-    sentences = [f"Substitute each of your values into the {formula}."]
+    sentences = [f"Substitute each configuration in your answer into the {formula}."]
     if are_simultaneous or any(len(piece) > 1 for piece in claimed_pieces):
         sentences.append("If several values must hold together, substitute all of them.")
     return " ".join([*sentences, f"{result} for all values of the other joints.", advice])
