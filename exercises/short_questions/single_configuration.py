@@ -96,7 +96,7 @@ def _find_line_objection(chain: Chain) -> str | None:
 
 VALUE_QUESTIONS = (
     ShortQuestion(
-        "determinant-value", "Determinant in a configuration", "6.8", sample=_ask_determinant, form="number",
+        "determinant-value", "Determinant at a configuration", "6.8", sample=_ask_determinant, form="number",
         base_question="determinant", objection_if_sampling_fails="no regular configuration was found",
         find_arm_objection=lambda chain: (
             None if len(chain.linear_axes) == len(chain.task) else "its Jacobian mixes metres and radians"

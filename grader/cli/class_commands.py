@@ -94,7 +94,7 @@ def generate(
         released_assignment = release_notebooks(assignment, CERTIFIER, process_count, report_student)
     write_atomically(folder / "released" / INDEX_FILE, make_index_csv(released_assignment), 0o600)
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count)
-    next_step = f"distribute {folder / 'released'} (see qdot release), and keep {folder / 'solutions'} private"
+    next_step = f"hand out {folder / 'released'}, or pack it by qdot release; keep {folder / 'solutions'} private"
     print_result(f"{count_noun(len(assignment.roster), 'student')}: {outcomes}; {next_step}")
     if counts["rewritten"]:
         causes = "The assignment (its problems, title, points, hints or site), the secret or qdot"

@@ -144,24 +144,27 @@ ATTEMPTS = (
 
 
 def _write_large_file(_: dict[str, Any]) -> None:
+    megabyte = bytes(1 << 20)
     with open("large", "wb") as file:
         for _number in range(200):
-            file.write(bytes(1 << 20))
+            file.write(megabyte)
 
 
 def _write_many_files(_: dict[str, Any]) -> None:
     """Write many files, each of which is small enough by itself."""
+    content = bytes(ALLOWED_FILE_BYTES)
     for number in range(UNLIMITED_BYTES // ALLOWED_FILE_BYTES):
-        Path(str(number)).write_bytes(bytes(ALLOWED_FILE_BYTES))
+        Path(str(number)).write_bytes(content)
 
 
 def _write_nameless_files(_: dict[str, Any]) -> None:
     """Write many files whose names are already removed."""
+    content = bytes(ALLOWED_FILE_BYTES)
     open_files: list[Any] = []
     while ALLOWED_FILE_BYTES * len(open_files) < UNLIMITED_BYTES:
         open_files.append(open("nameless", "wb", buffering=0))  # noqa: SIM115 - it has to stay open
         os.unlink("nameless")
-        open_files[-1].write(bytes(ALLOWED_FILE_BYTES))
+        open_files[-1].write(content)
 
 
 def _leave_nested_folders(_: dict[str, Any]) -> bool:

@@ -338,6 +338,7 @@ def test_figure_stands_beside_the_table_and_options_have_tick_boxes(six: ExportR
     assert "**A.**" not in page and r"\item \textbf{A.}" not in source
 
 
+@pytest.mark.whole
 def test_marking_sheet_lists_points_of_known_mistakes(six: ExportRequest, tmp_path: Path) -> None:
     export_request = replace(six, sheet="marking", assignment=replace(six.assignment, slots=six.assignment.slots[4:]))
     exported = export_files(export_request, "pdf")

@@ -18,7 +18,7 @@ from qdot.exercises.singularities.classification import classify_conditions
 from qdot.exercises.singularities.singular_set import find_singular_set
 from tests.exercises.arm.sets import assert_same_set, read_singular_set
 from tests.support.problems import fold_tool_into_table
-from tests.support.suites import on_families, select_for_suite
+from tests.support.suites import on_families, sample_for_suite, select_for_suite
 
 SHOULDER = "a1 + a2*cos(t2) + a3*cos(t2 + t3)"
 ELBOW = ("a2", "a3", "sin(t3)", SHOULDER)
@@ -85,7 +85,7 @@ def as_text(conditions: tuple[sp.Expr, ...]) -> str:
     return " and ".join(f"{condition} = 0" for condition in conditions)
 
 
-@pytest.mark.parametrize("family", KNOWN)
+@pytest.mark.parametrize("family", sample_for_suite(KNOWN, 15))
 def test_determinant_and_singular_set_are_those_of_the_books(family: str) -> None:
     for seed in range(select_for_suite(1, 4)):
         chain = sample_chain(ProblemId(family, seed))

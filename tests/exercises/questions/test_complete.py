@@ -21,6 +21,7 @@ from qdot.exercises.writing.problem_texts import write_hints, write_prompt, writ
 from qdot.grader.marking.marking import compute_earned_share
 from tests.support.judging import list_earlier_parts
 from tests.support.problems import choose_convention
+from tests.support.suites import sample_for_suite
 
 NOT_DIAGNOSED = {
     "true-or-false": "one of two answers does not reveal how it was found",
@@ -89,7 +90,7 @@ def test_details_of_question_are_frozen_and_of_one_class(name: str) -> None:
                 part.details_as(unrelated)
 
 
-@pytest.mark.parametrize("name", ALL_QUESTIONS)
+@pytest.mark.parametrize("name", sample_for_suite(ALL_QUESTIONS, 30))
 def test_question_supports_every_duty_or_gives_a_reason(name: str) -> None:
     problem = generate_with_question(name)
     part = problem.parts[-1]

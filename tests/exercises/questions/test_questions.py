@@ -199,7 +199,7 @@ def test_textbook_arm_is_refused_with_a_reason(
         assert (refusal is not None and why in refusal) if why else refusal is None, (name, refusal)
 
 
-@pytest.mark.parametrize(("names", "family", "why"), FAMILY_CASES)
+@pytest.mark.parametrize(("names", "family", "why"), sample_for_suite(FAMILY_CASES, 6))
 def test_every_arm_of_the_family_is_refused(names: tuple[str, ...], family: str, why: str) -> None:
     for name in names:
         refusals = [QUESTIONS[name].find_obstacle(sample_chain(ProblemId(family, seed))) for seed in range(3)]

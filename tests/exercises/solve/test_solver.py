@@ -316,6 +316,7 @@ BY_AXES = 'name = "by its axes"\nconvention = "screws"\npoint = %s\n' + TURN % (
 BY_AXES += SLIDE % "[0, 1, 1]" + TURN % ("[1, 0, 0]", '[0, "a1", 0.3]')
 
 
+@pytest.mark.whole
 def test_json_of_an_arm_told_by_axes_has_its_space_and_body_jacobian(tmp_path: Path) -> None:
     """The certificates of the questions on both hold them against exponentials of the axes."""
     chain = _read(tmp_path, BY_AXES % "[0.3, 0.4, 0.6]")

@@ -29,7 +29,7 @@ from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox import guarantees
 from qdot.grader.sandbox.sandbox import Sandbox
 from tests.support.command import run, run_and_fail, runner
-from tests.support.suites import select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 
 def test_the_overview_lists_every_family_once_under_its_kind() -> None:
@@ -112,7 +112,7 @@ GRADED_SETS = select_for_suite(("mid-term",), tuple(SETS))
 """The sets that are generated and graded; `make test` only reads the others."""
 
 
-@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("name", sample_for_suite(SETS, 4))
 def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> None:
     """No problem varies less than the one before it, and the last is harder than the first."""
     run("init", tmp_path / "hw", "--set", name)

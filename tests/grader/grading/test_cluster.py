@@ -156,6 +156,7 @@ def use_dying_worker(monkeypatch: pytest.MonkeyPatch, victim: str = "", times: i
     cluster.drop_assignment()
 
 
+@pytest.mark.whole
 def test_a_student_is_ungraded_after_killing_two_workers(
     folder: Path, undisturbed: dict[str, bytes], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -618,7 +618,7 @@ def test_scores_arrive_at_once_and_again_when_they_change(course: Platform) -> N
 
 
 @pytest.mark.parametrize(
-    "trouble", sample_for_suite([requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429], 2)
+    "trouble", sample_for_suite([requests.ConnectionError("down"), requests.Timeout(), 500, 503, 429], 1)
 )
 def test_a_platform_that_is_down_loses_nothing_and_is_asked_ever_more_rarely(
     course: Platform, trouble: int | Exception
