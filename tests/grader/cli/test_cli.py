@@ -231,7 +231,7 @@ def test_a_notebook_that_lies_in_nobodys_folder_is_told_of_one(folder: Path, tmp
 def test_what_was_only_completed_need_not_be_handed_out_anew(folder: Path) -> None:
     (folder / "solutions" / "s002" / "hw.ipynb").unlink()
     result = runner.invoke(app, ["generate", str(folder), "--jobs", "1"])
-    assert result.stdout.startswith("2 students: 1 completed, 1 kept; distribute")
+    assert result.stdout.startswith("2 students: 1 completed, 1 kept; hand out")
     assert result.stderr == ""
 
 
