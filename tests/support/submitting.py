@@ -70,13 +70,12 @@ def work_in_one_process() -> Iterator[None]:
         patch("qdot.exercises.common.parallel._run_pool", _run_in_process),
         patch("qdot.grader.grading.batch.Sandbox", open_shared_sandbox),
         patch("qdot.grader.grading.batch._GradingWorker.close", lambda _: None),
-        patch.object(guarantees, "probe", _probe_once if guarantees.probe is _PROBE else guarantees.probe),
+        patch.object(guarantees, "probe", _probe if guarantees.probe is _probe.__wrapped__ else guarantees.probe),
     ):  # fmt: skip
         yield
 
 
-_PROBE = guarantees.probe
-_probe_once = cache(_PROBE)
+_probe = cache(guarantees.probe)
 
 
 def _run_in_process(
@@ -90,13 +89,11 @@ def _run_in_process(
 @contextmanager
 def keep_sandboxes_open() -> Iterator[None]:
     """Let `check_notebook` and `grade_notebook` use the open sandbox, too."""
-    with (
-        patch("qdot.grader.grading.check.Sandbox", lambda **_: nullcontext(open_shared_sandbox(Limits(), False))),
-        patch(
-            "qdot.grader.grading.attempt.Sandbox",
-            lambda limits, strict: nullcontext(open_shared_sandbox(limits or Limits(), strict)),
-        ),
-    ):
+
+    def lend(limits: Limits | None = None, strict: bool = False, **_: object) -> Any:
+        return nullcontext(open_shared_sandbox(limits or Limits(), strict))
+
+    with patch("qdot.grader.grading.check.Sandbox", lend), patch("qdot.grader.grading.attempt.Sandbox", lend):
         yield
 
 

@@ -108,10 +108,6 @@ def test_a_convention_decides_which_questions_apply(name: str) -> None:
     assert "--convention" in run_and_fail("families", "--convention", "screws")
 
 
-GRADED_SETS = select_for_suite(("mid-term",), tuple(SETS))
-"""The sets that are generated and graded; `make test` only reads the others."""
-
-
 @pytest.mark.parametrize("name", sample_for_suite(SETS, 4))
 def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> None:
     """No problem varies less than the one before it, and the last is harder than the first."""
@@ -132,7 +128,7 @@ def test_a_set_gets_harder_and_states_its_size(name: str, tmp_path: Path) -> Non
 
 
 @pytest.mark.whole
-@pytest.mark.parametrize("name", GRADED_SETS)
+@pytest.mark.parametrize("name", SETS)
 def test_a_sets_solutions_get_full_marks(name: str, tmp_path: Path) -> None:
     run("init", tmp_path, "--set", name)
     (tmp_path / "roster.csv").write_text("student\ns001\n", encoding="utf-8")
