@@ -150,7 +150,7 @@ def _run_pool(
         except BrokenProcessPool:
             raise
         except BaseException:
-            # The pool's thread cancels the items; if this thread did, as in `pool.map`, that thread could crash.
+            # The pool's own thread must cancel the items: it can crash if another thread does, as with `pool.map`.
             pool.shutdown(wait=False, cancel_futures=True)
             _end_processes(set(multiprocessing.active_children()) - earlier_children)
             raise

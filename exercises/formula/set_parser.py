@@ -227,14 +227,15 @@ def _vanishes_with_each_factor(factors: Sequence[Node], divisors: Sequence[Node]
     the factors.
     """
     are_suitable = all(
-        find_names(factor) & joints and _is_defined_everywhere(factor, joints) and _varies(factor) for factor in factors
+        find_names(factor) & joints and _is_defined_everywhere(factor, joints) and _is_nonzero_somewhere(factor)
+        for factor in factors
     )
     pairs = product(divisors, factors)
     return are_suitable and all(_is_nonzero_at_zeros(divisor, factor, joints) for divisor, factor in pairs)
 
 
-def _varies(node: Node) -> bool:
-    """Return whether an expression differs from zero at a configuration without special values."""
+def _is_nonzero_somewhere(node: Node) -> bool:
+    """Return whether an expression differs from zero at an arbitrary configuration, so it is not zero everywhere."""
     values = {name: np.array([0.618033988 * k]) for k, name in enumerate(sorted(find_names(node)), start=1)}
     value, magnitude = evaluate(compile_program([node]), values, point_count=1)
     return bool(abs(value[0, 0]) > 1e-12 * magnitude[0, 0])

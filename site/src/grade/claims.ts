@@ -274,11 +274,12 @@ const vanishesWithEachFactor = (
   divisors: readonly Node[],
   joints: ReadonlySet<string>,
 ): boolean =>
-  factors.every((factor) => hasNameOf(factor, joints) && isDefinedEverywhere(factor, joints) && varies(factor)) &&
-  divisors.every((divisor) => factors.every((factor) => isNonzeroAtZeros(divisor, factor, joints)));
+  factors.every(
+    (factor) => hasNameOf(factor, joints) && isDefinedEverywhere(factor, joints) && isNonzeroSomewhere(factor),
+  ) && divisors.every((divisor) => factors.every((factor) => isNonzeroAtZeros(divisor, factor, joints)));
 
-/** Return whether an expression differs from zero at a configuration without special values. */
-function varies(tree: Node): boolean {
+/** Return whether an expression differs from zero at an arbitrary configuration, so it is not zero everywhere. */
+function isNonzeroSomewhere(tree: Node): boolean {
   const names = [...findNames(tree)].sort();
   const values = Object.fromEntries(names.map((symbol, k) => [symbol, 0.618033988 * (k + 1)]));
   const { re, im, size } = evaluate(tree, values);
