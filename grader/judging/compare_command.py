@@ -13,7 +13,7 @@ from qdot.exercises.common.json_form import to_jsonable
 from qdot.exercises.common.time_limit import OutOfTime
 from qdot.exercises.formula.equality import Domain, choose_default_role
 from qdot.exercises.formula.parser import MAX_DEPTH, parse_formula, parse_reference
-from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names
+from qdot.exercises.formula.trees import Node, ParseError, as_matrix, find_names, iterate_nodes
 from qdot.grader.judging.answer_parser import read_conditions, read_formula, read_matrix
 from qdot.grader.judging.formulas import group_by_joints, judge_angles, judge_expression, judge_matrix, judge_singular
 from qdot.grader.judging.verdict import Judgement, Outcome
@@ -158,12 +158,18 @@ def write_as_text(answer: Any, depth: int = 0) -> str:
 
 
 def guess_type(reference: str) -> str:
-    """Guess the type of a reference: matrix for a list, angles for a set, singular for conditions, else expression."""
-    types = {"list": "matrix", "set": "angles", "eq": "singular", "or": "singular"}
+    """Guess the type of a reference: matrix for a list, angles for a set, singular for conditions, else expression.
+
+    >>> [guess_type(text) for text in ("theta2 = 0, theta2 = pi", "[a1*c1, a1*s1]", "{0, pi}", "a1*s2")]
+    ['singular', 'matrix', 'angles', 'expression']
+    """
+    types = {"list": "matrix", "set": "angles"}
     try:
-        return types.get(parse_formula(reference).kind, "expression")
+        tree = parse_formula(reference)
     except ParseError:
         return "expression"
+    is_condition = any(node.kind in ("eq", "in", "or", "and", "dict") for node in iterate_nodes(tree))
+    return "singular" if is_condition else types.get(tree.kind, "expression")
 
 
 def describe_judgement(judgement: Judgement) -> dict[str, Any]:
