@@ -31,8 +31,9 @@ LIBRARIES = {"socket", "ssl", "http", "urllib", "ftplib", "smtplib", "asyncio", 
 
 
 def test_no_other_module_can_reach_a_network() -> None:
-    modules = [*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")]
-    imported = {get_module_name(path): list_imported_names(path) for path in modules}
+    modules, named = [*ROOT.glob("exercises/**/*.py"), *ROOT.glob("grader/**/*.py")], re.compile("|".join(LIBRARIES))
+    naming = [path for path in modules if named.search(path.read_text(encoding="utf-8"))]
+    imported = {get_module_name(path): list_imported_names(path) for path in naming}
     using = {
         module for module, names in imported.items()
         if {name.split(".")[0] for name in names if not name.startswith("urllib.parse")} & LIBRARIES

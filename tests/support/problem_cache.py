@@ -1,8 +1,7 @@
-"""Generate problems once for all runs, and cache them on disk under a digest of the code that generates them.
+"""Generate problems once for all runs, and cache them on disk under a digest of the code in exercises/.
 
 The cache is the folder `.kept` at the top of the checkout; you may remove it at any time. All problems are regenerated
-after a change of Python, of SymPy, or of any module that `qdot.exercises.generation` imports. QDOT_KEPT=0 turns the
-cache off.
+after a change of Python, of SymPy, or of any module in exercises/. QDOT_KEPT=0 turns the cache off.
 
 `python -m tests.support.problem_cache` uses all cores to generate what every run needs: for each family, a problem in
 which everything varies. Then no test has to wait for it.
@@ -27,7 +26,6 @@ from qdot.exercises.families import FAMILIES
 from qdot.exercises.generation import generate
 from qdot.exercises.problem.problem import Problem, ProblemId
 from tests.support import ROOT
-from tests.support.imports import list_reached_files
 
 CACHE = ROOT / ".kept"
 MAX_DIGESTS = 3
@@ -39,8 +37,7 @@ def get_cache_folder() -> Path | None:
     if os.environ.get("QDOT_KEPT") == "0":
         return None
     digest = hashlib.sha256(repr((sys.version, sp.__version__, np.__version__, mpmath.__version__)).encode())
-    data = [path for suffix in ("txt", "json") for path in (ROOT / "exercises").rglob(f"*.{suffix}")]
-    for path in sorted({*list_reached_files(["qdot.exercises.generation"]), *data}):
+    for path in sorted(path for suffix in ("py", "txt", "json") for path in (ROOT / "exercises").rglob(f"*.{suffix}")):
         digest.update(path.read_bytes())
     folder = CACHE / digest.hexdigest()[:20]
     folder.mkdir(parents=True, exist_ok=True)

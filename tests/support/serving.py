@@ -51,10 +51,22 @@ def find_folder() -> Path:
     init_assignment(folder, "T", "hw", STUDENTS, secret="0123456789abcdef")
     (folder / "assignment.toml").write_text(f"{HEAD}{PROBLEMS}")
     configure(ServiceOptions((folder,), url="http://testserver"))
-    from qdot.grader.serve.server import prepare_database
-
-    prepare_database()
     return folder
+
+
+@cache
+def prepare() -> dict[str, Any]:
+    """Make the tables of the database, and return the middleware, which each of Django's clients would load again."""
+    from django.apps import apps
+    from django.core.management import call_command
+    from django.test.client import ClientHandler
+    from django.test.utils import override_settings
+
+    with override_settings(MIGRATION_MODULES={app.label: None for app in apps.get_app_configs()}):
+        call_command("migrate", verbosity=0, run_syncdb=True)  # makes each table at once, without its history
+    handler = ClientHandler()
+    handler.load_middleware()
+    return {name: value for name, value in vars(handler).items() if "middleware" in name}
 
 
 def write_settings(lines: str, problems: str = PROBLEMS) -> None:
@@ -72,16 +84,25 @@ class InProcessJudges:
 
 
 @contextmanager
+def empty_database() -> Iterator[None]:
+    from django.core.management import call_command
+    from django.test.client import ClientHandler
+
+    loaded = prepare()
+    call_command("flush", verbosity=0, interactive=False, inhibit_post_migrate=True)
+    with patch.object(ClientHandler, "load_middleware", lambda handler: handler.__dict__.update(loaded)):
+        yield
+
+
+@contextmanager
 def serve_class(settings: str = "", problems: str = PROBLEMS) -> Iterator["Service"]:
     """Yield a service with an empty database and a class with personal links."""
     folder = find_folder()
     write_settings(settings, problems)
-    from django.core.management import call_command
-
     from qdot.grader.serve import marking_online
 
-    call_command("flush", verbosity=0, interactive=False, inhibit_post_migrate=True)
     with (
+        empty_database(),
         patch.object(marking_online, "JudgePool", InProcessJudges),
         patch.object(marking_online, "_open_sandbox", lambda strict: open_shared_sandbox(LIMITS, strict)),
         patch("qdot.grader.serve.judge_process.CERTIFIER", UNCERTIFIED),

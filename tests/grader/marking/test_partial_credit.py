@@ -36,11 +36,6 @@ RIGHT = (
 ELBOW_QUESTIONS = ("position", "joint-axes", "position-vectors", "jacobian", "inverse-jacobian")
 
 
-def make_elbow_problem() -> Problem:
-    names = (*ELBOW_QUESTIONS, "geometric-jacobian", "determinant", "singular-angles")
-    return generate(ProblemId("elbow-3r", 1, names, variation="chapter"))
-
-
 def judge_planar(question: str, answer: str, credit: Credit | None = None, chain: Chain = PLANAR) -> Judgement:
     problem = ask_question(question, chain)
     part = replace(problem.parts[0], credit=credit or Credit())
@@ -152,7 +147,7 @@ def test_no_credit_rule_gives_wrong_answers_full_marks_or_right_ones_less() -> N
         assert judge_planar("singular-angles", "theta2 = 0", Credit(rule)).share == pytest.approx(share)
 
 
-ELBOW = make_elbow_problem()
+ELBOW = get_problem("elbow-3r", 1, variation="chapter")
 POSITION, AXES, ARMS, J, INVERSE = (ELBOW[name].answer.as_matrix() for name in ELBOW_QUESTIONS)
 SIGNS = sp.diag(1, -1, -1)
 DET = sp.sympify(DETERMINANT)
@@ -308,9 +303,9 @@ def list_wrong_answers(problem: Problem) -> Iterator[tuple[str, str, str]]:
 
 @pytest.mark.whole
 def test_the_examples_in_the_docs_earn_the_stated_shares() -> None:
-    page, problem = (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8"), make_elbow_problem()
-    for name, mistake, answer in list_wrong_answers(problem):
-        share = Fraction(judge_with_credit(problem, problem[name], answer, "credit").share).limit_denominator(100)
+    page = (ROOT / "docs" / "partial-credit.md").read_text(encoding="utf-8")
+    for name, mistake, answer in list_wrong_answers(ELBOW):
+        share = Fraction(judge_with_credit(ELBOW, ELBOW[name], answer, "credit").share).limit_denominator(100)
         assert f"| {name} | {mistake} | {share} |" in page
 
 

@@ -9,6 +9,7 @@ import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
@@ -32,7 +33,7 @@ class Platform:
     site: str = "https://moodle.example.edu"
     issuer: str = "https://moodle.example.edu"
     client_id: str = "client-1"
-    keys: list[JWK] = field(default_factory=lambda: [make_key("first")])
+    keys: list[JWK] = field(default_factory=lambda: [find_key("first")])
     members: list[Json] = field(default_factory=list)
     failures: list[int | Exception] = field(default_factory=list)
     refusal: int = 0
@@ -86,8 +87,7 @@ class Platform:
 
     def sign(self, claims: Json, key: JWK | None = None, **header: str) -> str:
         key = key or self.keys[-1]
-        pem = key.export_to_pem(private_key=True, password=None)
-        return jwt.encode(claims, pem, algorithm="RS256", headers={"kid": key.get("kid"), **header})
+        return jwt.encode(claims, key.get_op_key("sign"), algorithm="RS256", headers={"kid": key.get("kid"), **header})
 
     def launch(self, client: Client, sign: Callable[[Json], str] | None = None, **claims: Any) -> Any:
         """Launch in a browser; `sign` makes the message of the claims."""
@@ -163,8 +163,16 @@ class Platform:
         return [(score["userId"], score.get("scoreGiven")) for score in self.scores]
 
 
-def make_key(name: str) -> JWK:
-    return JWK.generate(kty="RSA", size=2048, kid=name)
+def find_key(name: str) -> JWK:
+    return make_keys()[name]
+
+
+@cache
+def make_keys() -> dict[str, JWK]:
+    """Make all keys at once, before a test replaces the function that makes them."""
+    return {
+        name: JWK.generate(kty="RSA", size=2048, kid=name) for name in ("first", "second", "foreign", "own", "own next")
+    }
 
 
 def make_public(key: JWK) -> Json:

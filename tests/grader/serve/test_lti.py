@@ -15,7 +15,6 @@ import pytest
 import requests
 from django.contrib.sessions.models import Session
 from django.core.cache import cache
-from django.core.management import call_command
 from django.db import transaction
 from django.test import Client
 from django.utils import timezone
@@ -35,9 +34,9 @@ from qdot.grader.serve.lti.registering import (
     finish_registration,
 )
 from qdot.grader.serve.models import Classroom, Person, PointsOverride, ScoreDelivery
-from tests.grader.serve.platform import AGS, CLAIM, MEMBERSHIP, TOOL, Platform, make_key
+from tests.grader.serve.platform import AGS, CLAIM, MEMBERSHIP, TOOL, Platform, find_key
 from tests.support import DATA
-from tests.support.serving import ASSETS, find_folder
+from tests.support.serving import ASSETS, empty_database, find_folder
 from tests.support.suites import sample_for_suite
 
 pytestmark = pytest.mark.usefixtures("platform")
@@ -57,12 +56,12 @@ points = [1, 3]
 def _folder() -> Iterator[None]:
     """Give the service an assignment whose students have e-mail addresses, and an empty database."""
     folder = find_folder()
-    call_command("flush", verbosity=0, interactive=False, inhibit_post_migrate=True)
     paths = {folder / "assignment.toml": ASSIGNMENT, folder / "roster.csv": ROSTER}
     before = {path: path.read_text(encoding="utf-8") for path in paths}
     for path, text in paths.items():
         path.write_text(text, encoding="utf-8")
-    yield
+    with empty_database():
+        yield
     for path, text in before.items():
         path.write_text(text, encoding="utf-8")
 
@@ -70,11 +69,11 @@ def _folder() -> Iterator[None]:
 @pytest.fixture
 def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
     """Register a platform that answers without a network; what the test writes into the database is undone."""
-    platform = Platform(keys=[_KEYS[0]])
+    platform = Platform(keys=[find_key("first")])
     monkeypatch.setattr("requests.adapters.HTTPAdapter.send", lambda self, request, **_: platform.answer(request))
     monkeypatch.setattr("qdot.grader.serve.lti.outbox._connections", Connections())
     monkeypatch.setattr("qdot.grader.serve.html_pages.load_assets", lambda: ASSETS)
-    own_keys = itertools.cycle(_OWN_KEYS)  # making keys takes longer than most tests
+    own_keys = itertools.cycle([find_key("own"), find_key("own next")])
     monkeypatch.setattr("lti_tool.models.JWK.generate", lambda **_: next(own_keys))
     cache.clear()
     with transaction.atomic():
@@ -83,10 +82,6 @@ def platform(monkeypatch: pytest.MonkeyPatch) -> Iterator[Platform]:
         platform.register()
         yield platform
         transaction.set_rollback(True)
-
-
-_KEYS = [make_key("first"), make_key("second"), make_key("foreign")]
-_OWN_KEYS = [make_key("own"), make_key("own next")]
 
 
 def _find_people(course: str = "c1") -> dict[str, tuple[str, str, bool]]:
@@ -188,8 +183,8 @@ def _sign_confused(platform: Platform, claims: dict[str, Any]) -> str:
 
 _NOW = time.time
 _WRONG: dict[str, Callable[[Platform, dict[str, Any]], str]] = {
-    "signed by a foreign key": lambda p, c: p.sign(c, _KEYS[2]),
-    "signed by a foreign key under the name of the platform's": lambda p, c: p.sign(c, _KEYS[2], kid="first"),
+    "signed by a foreign key": lambda p, c: p.sign(c, find_key("foreign")),
+    "signed by a foreign key under the platform's name": lambda p, c: p.sign(c, find_key("foreign"), kid="first"),
     "not signed": lambda p, c: jwt.encode(c, None, algorithm="none", headers={"kid": "first"}),  # type: ignore[arg-type]
     "signed with the public key as a secret": _sign_confused,
     "for another tool": lambda p, c: p.sign({**c, "aud": "client-2"}),
@@ -270,11 +265,11 @@ def test_keys_of_the_platform_are_fetched_again_when_they_change(platform: Platf
     for _ in range(3):
         platform.launch(Client(), user="grace", role="Instructor")
     assert platform.asked.count("GET /keys") == 1
-    platform.keys = [_KEYS[1]]
+    platform.keys = [find_key("second")]
     assert platform.launch(Client(), user="grace", role="Instructor").status_code == 302
     assert platform.asked.count("GET /keys") == 2
     for _ in range(3):  # a message with an unknown key doesn't make us ask the platform each time
-        assert platform.launch(Client(), lambda claims: platform.sign(claims, _KEYS[2])).status_code == 400
+        assert platform.launch(Client(), lambda claims: platform.sign(claims, find_key("foreign"))).status_code == 400
     assert platform.asked.count("GET /keys") == 2
 
 
