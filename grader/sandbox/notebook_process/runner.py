@@ -60,7 +60,8 @@ class Alarm:
 
     The waiting time is the real time minus `MAX_SLOWDOWN` times the processor time, because a busy machine may make a
     notebook slower by this factor. The alarm repeats until the block has ended, because other code may catch the
-    exception: mpmath, for example, has a bare `except:` in its parser of floats.
+    exception (mpmath, for example, has a bare `except:` in its parser of floats), and because a signal that arrives
+    just before the process starts to wait does not end the wait.
     """
 
     def __init__(self, seconds: float) -> None:
@@ -71,7 +72,7 @@ class Alarm:
     def __enter__(self) -> None:
         self._start_time, self._start_processor_time = time.monotonic(), time.process_time()
         signal.setitimer(signal.ITIMER_PROF, self._seconds, ALARM_INTERVAL)
-        signal.setitimer(signal.ITIMER_REAL, self._seconds)
+        signal.setitimer(signal.ITIMER_REAL, self._seconds, ALARM_INTERVAL)
 
     def __exit__(self, *_error: object) -> None:
         while True:
@@ -88,7 +89,7 @@ class Alarm:
     def _check_waiting_time(self, _signal: int, _frame: Any) -> None:
         used_seconds = time.process_time() - self._start_processor_time
         remaining = self._start_time + self._seconds + MAX_SLOWDOWN * used_seconds - time.monotonic()
-        signal.setitimer(signal.ITIMER_REAL, remaining if remaining > 0 else ALARM_INTERVAL)
+        signal.setitimer(signal.ITIMER_REAL, remaining if remaining > 0 else ALARM_INTERVAL, ALARM_INTERVAL)
         if remaining <= 0:
             raise Overtime(f"waited longer than {self._seconds:g} s")
 
