@@ -106,8 +106,8 @@ LEFT_OUT: Counter[str] = Counter()
 
 
 def pytest_xdist_auto_num_workers() -> int:
-    """Return the number of cores, plus one in `make whole`, where many tests wait for processes that they started."""
-    return (os.cpu_count() or 1) + WHOLE
+    """Return the number of cores plus one, because many tests wait for processes that they started."""
+    return (os.cpu_count() or 1) + 1
 
 
 def pytest_configure(config: pytest.Config) -> None:

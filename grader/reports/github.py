@@ -9,6 +9,7 @@ import re
 from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -40,11 +41,14 @@ def make_summary(assignment: Assignment, results: Sequence[Result]) -> str:
     table_rows = [(result, find_work_status(result), "; ".join(list_staff_notes(result))) for result in results]
     texts: dict[str, Any] = {"title": assignment.title, "students": table_rows if len(results) > 1 else []}
 
+    @cache
+    def make_section(index: int) -> tuple[Any, ...]:
+        result = results[index]
+        return result, make_part_rows(result, assignment, assignment.feedback), list_notes(result)
+
     def render_summary(count: int) -> str:
         """Return the summary with the parts of the first `count` students."""
-        level, shown_results = assignment.feedback, results[:count]
-        sections = [(result, make_part_rows(result, assignment, level), list_notes(result)) for result in shown_results]
-        texts.update(sections=sections, omitted_count=len(results) - count)
+        texts.update(sections=map(make_section, range(count)), omitted_count=len(results) - count)
         return render("reports/github.md.j2", **texts, escape_markdown=_escape_markdown, write_score=_write_score)
 
     def measure_summary(count: int) -> int:

@@ -341,7 +341,7 @@ def _compute_screw_jacobian(arm: Arm, key: str, values: Values) -> np.ndarray:
     return np.array([_multiply_exponentials(s, at, key == "home_body") for s, at in zip(screws, q, strict=True)])
 
 
-@_parametrize_arms("home_space", "home_body", slow=SLOW)
+@_parametrize_arms("home_space", "home_body", slow=(*SLOW, "lynch-park-6r", "lynch-park-wam"))
 def test_home_screws_give_the_space_and_body_jacobians(arm: Arm) -> None:
     values = _sample_values(arm)
     for key, jacobian in (("home_space", _compute_space_jacobian), ("home_body", _compute_body_jacobian)):

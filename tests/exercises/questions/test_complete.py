@@ -74,7 +74,7 @@ def list_subclasses(kind: type[Details]) -> Iterator[type[Details]]:
         yield from (subclass, *list_subclasses(subclass))
 
 
-@pytest.mark.parametrize("name", ALL_QUESTIONS)
+@pytest.mark.parametrize("name", sample_for_suite(ALL_QUESTIONS, 20))
 def test_details_of_question_are_frozen_and_of_one_class(name: str) -> None:
     (part,) = generate_with_question(name).parts
     details_class = type(part.details)

@@ -49,7 +49,7 @@ from qdot.exercises.writing.problem_texts import write_prompt, write_solution
 from qdot.grader.grading.certify import find_failures
 from tests.support import DATA, SNAPSHOTS
 from tests.support.problems import ask_question, get_problem, replace_answer
-from tests.support.suites import sample_for_suite, select_for_suite
+from tests.support.suites import on_families, sample_for_suite, select_for_suite
 
 RECORDS = json.loads((DATA / "ground_truth.json").read_text(encoding="utf-8"))
 EACH = select_for_suite(1, len(RECORDS))
@@ -372,7 +372,7 @@ def test_meaning_that_fails_in_some_configurations_is_not_correct() -> None:
     assert certify(problem).passed
 
 
-@pytest.mark.parametrize("family", ["elbow-3r", "elbow-lateral", "planar-3r", "scorbot-wrist"])
+@on_families(("planar-3r", "elbow-3r", "elbow-lateral", "scorbot-wrist"))
 def test_rank_is_asked_at_an_exact_pose(family: str) -> None:
     """The stated pose gives the rank of the reference; a rounded one would give full rank."""
     chain, ranks = get_problem(family, 0).chain, set()

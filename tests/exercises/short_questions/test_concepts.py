@@ -97,9 +97,7 @@ LONG_ARM = SHAPES["six joints"]
 OFFERED_OPTIONS = [name for name in FAMILIES if name == LONG_ARM or name not in LONG_ARMS]
 OFFERED_QUESTIONS = [
     pytest.param(family, name, marks=pytest.mark.xdist_group(family))
-    for number, family in enumerate(
-        select_for_suite(["planar-2r", "polar-rp", "pan-tilt", "wrist-zyz"], OFFERED_OPTIONS)
-    )
+    for number, family in enumerate(select_for_suite(["planar-2r", "polar-rp"], OFFERED_OPTIONS))
     for name in [*CHOICES, *SHORT_CHOICES][number % 5 :: 5]
 ]
 """A fifth of the questions with options for each family; other families get the others."""

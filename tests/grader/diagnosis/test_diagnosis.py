@@ -366,7 +366,7 @@ def test_singular_sets_with_decimals_for_pi_are_no_mistake(convention: str, digi
 
 
 @pytest.mark.parametrize("digits", [7, 9])
-@pytest.mark.parametrize(("family", "seed", "convention"), ARMS)
+@pytest.mark.parametrize(("family", "seed", "convention"), sample_for_suite(ARMS, 2))
 def test_rounded_values_of_a_function_are_no_mistake(family: str, seed: int, convention: str, digits: int) -> None:
     problem = get_problem(family, seed, convention=convention)
     calls = sample_function_arguments(problem, problem.domain, "points")
