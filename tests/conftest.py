@@ -177,10 +177,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def _keep_together(item: pytest.Item) -> None:
-    """Run tests that share a fixture of their file in one process, where the fixture is made once."""
-    fixtures = item._fixtureinfo.name2fixturedefs.values() if hasattr(item, "_fixtureinfo") else ()
-    is_shared = any(definition.scope == "module" for definitions in fixtures for definition in definitions)
-    if is_shared and not item.get_closest_marker("xdist_group"):
+    """Run the tests of a file in one process, where fixtures are made and arms derived once; a sweep has its groups."""
+    if not item.get_closest_marker("xdist_group"):
         item.add_marker(pytest.mark.xdist_group(item.path.stem))
 
 

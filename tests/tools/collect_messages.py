@@ -10,6 +10,7 @@ import json
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from functools import cache
 from itertools import chain
 from pathlib import Path
 
@@ -111,13 +112,13 @@ def _find_errata_texts() -> Iterator[str]:
                 yield text
 
 
-def _extract_messages(method: str, path: Path, file_name: str) -> Iterator[FoundMessage]:
-    """Yield the messages in a file, as Babel finds them; a message with a plural has two texts."""
+@cache
+def _extract_messages(method: str, path: Path, file_name: str) -> list[FoundMessage]:
+    """Return the messages in a file, as Babel finds them; a message with a plural has two texts."""
     names = ",".join(name if isinstance(name, str) else f"{name.__module__}.{name.__name__}" for name in EXTENSIONS)
     options = {"extensions": names, "silent": "false"} if method == "jinja2" else {}
     with path.open("rb") as file:
-        for _, text, _, context in extract(method, file, options=options):
-            yield file_name, text, context
+        return [(file_name, text, context) for _, text, _, context in extract(method, file, options=options)]
 
 
 def make_site_context(key: str) -> str:

@@ -328,7 +328,7 @@ NUMBERS = (("planar-2r", "joint-rates"), ("planar-3r", "least-norm-rates"), ("sc
 
 
 @pytest.mark.parametrize(("family", "name"), sample_for_suite(NUMBERS, 2))
-@pytest.mark.parametrize("infinite", sample_for_suite(["1/0", "1e400", "-1/0", "0/0"], 2))
+@pytest.mark.parametrize("infinite", sample_for_suite(["1/0", "1e400", "-1/0", "0/0"], 1))
 def test_an_infinite_number_makes_no_other_number_right(family: str, name: str, infinite: str) -> None:
     problem = generate(ProblemId(family, 3, (name,)))
     numbers = [f"{1.7 * float(number) + 0.3:.4g}" for number in problem.parts[0].answer.as_matrix()]
