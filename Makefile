@@ -25,7 +25,7 @@ check: $(VENV)/.dev  ## while you work: lint, types and an example of everything
 
 test:  ## before a commit, and in CI: every property, on the family that stands for each shape of arm
 	$(MAKE) -j3 $(VENV)/.dev .venvs/readers/.installed site-libraries
-	$(MAKE) -j3 lint site-test unit
+	$(MAKE) -j2 unit lint site-test
 
 whole:  ## nightly and before a release: every test, for every family of arms, with the programs that read exports
 	$(MAKE) QDOT_SUITE=whole test

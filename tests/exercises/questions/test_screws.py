@@ -129,7 +129,7 @@ MOVED, AT_HOME = re.compile(f"{NAMED_AXIS}'"), re.compile(f"{NAMED_AXIS}(?!')")
 SIDE_BY_SIDE = re.compile(rf"^({NAMED_AXIS}) &= .*, \\qquad \1' = .*$", re.MULTILINE)
 
 
-@few_families
+@on_families(select_for_suite(("polar-rp",), tuple(SHAPES.values())))
 def test_no_text_names_link_frames_and_moved_axes_have_primes(family: str) -> None:
     if family not in FIXED:
         pytest.skip("its arms are of many structures")
