@@ -53,7 +53,7 @@ from tests.support.command import run, run_and_fail, runner
 from tests.support.problems import get_problem
 from tests.support.site_scripts import write_stand_in_assets
 from tests.support.submitting import make_class
-from tests.support.suites import select_for_suite
+from tests.support.suites import sample_for_suite, select_for_suite
 
 TOML = read_data("assignments/items.toml")
 
@@ -431,7 +431,7 @@ def certified(export_request: ExportRequest) -> ExportRequest:
     )
 
 
-@pytest.mark.parametrize("export_format", EXPORT_FORMATS)
+@pytest.mark.parametrize("export_format", sample_for_suite(EXPORT_FORMATS, 8))
 def test_every_export_format_writes_the_same_files_twice(
     certified: ExportRequest, assets: None, export_format: str
 ) -> None:
