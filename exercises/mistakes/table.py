@@ -254,7 +254,12 @@ def _use_other_origin(chain: Chain, _: AnswerShape) -> Iterator[MistakeVariant]:
 
 
 def _move_point_to_earlier_origin(stages: StageResults, table: Table) -> Table:
-    """Return a table with the lengths after the second-last origin set to zero, so that P is at this origin."""
+    """Return a table with the lengths after the second-last origin set to zero, so that P is at this origin.
+
+    The table of the first joint alone, which has no earlier origin, stays as it is.
+    """
+    if stages.n == 1:
+        return table
     second_last_row, last_row = table.rows[-2:]
     new_table = table.with_row(stages.n - 2, a=second_last_row.a * 0)
     new_table = new_table.with_row(stages.n - 1, a=last_row.a * 0, d=last_row.d * 0)

@@ -384,6 +384,9 @@ def test_rounded_values_of_a_function_are_no_mistake(family: str, seed: int, con
         table = [[[value, 0.0] for value in row] for row in rounded.tolist()]
         content = {"shape": [len(rows), len(rows[0])], "values": table}
         diagnosis = diagnose_rounded(problem, part, TABLE_PREFIX + json.dumps(content), "points")
+        table[0][0][0] += 1.0  # now the function is wrong at one configuration
+        wrong = diagnose_rounded(problem, part, TABLE_PREFIX + json.dumps(content), "points")
+        assert wrong is None or "except for rounding" not in wrong.feedback
         if diagnosis is not None:
             messages.add(diagnosis.feedback)
             if diagnosis.mistakes:

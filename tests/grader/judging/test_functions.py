@@ -11,6 +11,7 @@ from qdot.exercises.formula.program import compile_program, evaluate
 from qdot.exercises.problem.problem import Part, Problem, name_answer_variable
 from qdot.exercises.reference_answers import Expression, Matrix
 from qdot.grader.judging.functions import SAMPLE_COUNT, judge_function, read_table, sample_function_arguments
+from qdot.grader.judging.judge import judge
 from qdot.grader.judging.verdict import Outcome
 from qdot.grader.marking.marking import mark
 from qdot.grader.sandbox.notebook_process.function_answers import TABLE_PREFIX
@@ -87,6 +88,12 @@ def test_the_counterexample_to_a_function_names_only_relevant_variables(sandbox:
     assert "theta2 = " in verdict.judgement.reason
 
 
+def test_a_constant_function_with_an_imaginary_part_is_not_correct() -> None:
+    problem, axes = get_problem("planar-2r", 3), [[0, 0], [0, 0], [0, 0], [0, 0], [1, 1], [1, 0]]
+    table = json.dumps({"shape": [3, 2], "values": [axes] * SAMPLE_COUNT})
+    assert judge(problem, problem["joint-axes"], TABLE_PREFIX + table, "seed").outcome is not Outcome.CORRECT
+
+
 def formula_parts(problem: Problem) -> list[Part]:
     return [part for part in sample_parts(problem) if isinstance(part.answer, (Expression, Matrix))]
 
@@ -94,6 +101,7 @@ def formula_parts(problem: Problem) -> list[Part]:
 VARIATIONS = {
     "symbols": ("return f({names})", Outcome.CORRECT),
     "numbers": ("return np.array(f({names}), dtype=float)", Outcome.CORRECT),
+    "a row": ("m = np.array(f({names}), dtype=float); return m.T if 1 in m.shape else m", Outcome.CORRECT),
     "wrong symbols": ("return 1.001 * f({names})", Outcome.WRONG),
     "wrong numbers": ("return np.array(f({names}), dtype=float) * (1 + 1e-6)", Outcome.WRONG),
     "opposite numbers": ("return -np.array(f({names}), dtype=float)", Outcome.WRONG),

@@ -316,7 +316,11 @@ def test_numbers_are_marked_as_a_vector() -> None:
     negated = [-value for value in values]
     one_negated = [-values[0], values[1]]
     for answer, share in ((negated, 0.8), (one_negated, 0.8), ([values[0], 99], 0.5), ([0, 0], 0.0), (values, 1.0)):
-        assert judge_with_credit(problem, part, str(answer), "n").share == share, answer
+        judgement = judge_with_credit(problem, part, str(answer), "n")
+        assert judgement.share == share, answer
+        assert ("one sign is" in judgement.reason, "signs are" in judgement.reason) == (
+            answer is one_negated, answer is negated
+        )  # fmt: skip
 
 
 def test_without_settings_each_question_has_its_credit_rule() -> None:
