@@ -42,7 +42,7 @@ from qdot.grader.submissions.submission import (
 
 MAX_ERROR_LENGTH = 300
 """Maximum number of characters that are recorded of an error's message."""
-GRADER_VERSION = 24
+GRADER_VERSION = 25
 """Version of the grader; increase it if a submission may earn different points or if stored results change."""
 
 
