@@ -55,7 +55,7 @@ def find_folder() -> Path:
 
 
 @cache
-def prepare() -> dict[str, Any]:
+def prepare_database() -> dict[str, Any]:
     """Make the tables of the database, and return the middleware, which each of Django's clients would load again."""
     from django.apps import apps
     from django.core.management import call_command
@@ -88,7 +88,7 @@ def empty_database() -> Iterator[None]:
     from django.core.management import call_command
     from django.test.client import ClientHandler
 
-    loaded = prepare()
+    loaded = prepare_database()
     call_command("flush", verbosity=0, interactive=False, inhibit_post_migrate=True)
     with patch.object(ClientHandler, "load_middleware", lambda handler: handler.__dict__.update(loaded)):
         yield
